@@ -1,0 +1,33 @@
+"""Fixtures that every room's tests share."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+# What the runner and a library change by themselves: pytest names the running
+# test; importing imgui_bundle names its own GLFW.
+_CHANGED_BY_OTHERS = frozenset({"PYTEST_CURRENT_TEST", "PYTEST_VERSION", "PYGLFW_LIBRARY"})
+
+
+@pytest.fixture(scope="session")
+def repo_root() -> Path:
+    """Top folder of the checkout that these tests lie in."""
+    return Path(__file__).resolve().parent.parent
+
+
+def _environment() -> dict[str, str]:
+    return {name: os.environ[name] for name in os.environ if name not in _CHANGED_BY_OTHERS}
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _environment_guard() -> Iterator[None]:
+    """Hold that no test leaves another working folder or environment behind; set nothing."""
+    folder, variables = Path.cwd(), _environment()
+    yield
+    assert Path.cwd() == folder, f"a test left the working folder at {Path.cwd()}"
+    changed = {name for name, _ in variables.items() ^ _environment().items()}
+    assert not changed, f"a test left these environment variables changed: {sorted(changed)}"

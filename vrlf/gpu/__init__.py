@@ -1,0 +1,36 @@
+"""The GPU, and the only room that knows moderngl. Knows no optics.
+
+============ =====================================================================
+file         holds
+============ =====================================================================
+device       ``Device``: the context, its owner thread, its live objects
+memory       ``Texture`` and ``Buffer``
+blocks       uniform blocks declared once for numpy and GLSL
+sources      shader sources: includes, defines, honest line numbers
+compute      ``ComputePass``: a compute program and its uniform block
+draw         ``DrawPass``, ``Mesh`` and ``Canvas``: what the scene is drawn with
+timing       GPU timer queries
+============ =====================================================================
+
+Each object has one owner, which releases it; ``Device.live_objects`` counts what is left.
+"""
+
+from __future__ import annotations
+
+from vrlf.gpu.blocks import Block, Field, Struct
+from vrlf.gpu.compute import ComputePass
+from vrlf.gpu.device import Device, DeviceInfo
+from vrlf.gpu.memory import Buffer, Texture
+from vrlf.gpu.timing import GpuTimer
+
+__all__ = [
+    "Block",
+    "Buffer",
+    "ComputePass",
+    "Device",
+    "DeviceInfo",
+    "Field",
+    "GpuTimer",
+    "Struct",
+    "Texture",
+]

@@ -1,0 +1,140 @@
+"""What the wearer holds before the eyes: panel, headset and array."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final, Literal, get_args
+
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
+
+from vrlf.model.fields import GIVEN, FromList, between, refusal
+from vrlf.units import MM_PER_M
+
+SubpixelLayout = Literal["full", "rgb-stripe", "bgr-stripe"]
+SUBPIXEL_LAYOUTS: Final[tuple[str, ...]] = get_args(SubpixelLayout)
+
+ArrayKind = Literal["microlens", "pinhole", "none"]
+
+# Key of [array], the kinds that need it, the least and the most it may be.
+_NEEDED: Final[dict[str, tuple[tuple[ArrayKind, ...], float, float]]] = {
+    "pitch_um": (("microlens", "pinhole"), 1.0, 100_000.0),
+    "gap_mm": (("microlens", "pinhole"), 0.001, 10_000.0),
+    "focal_mm": (("microlens",), 0.001, 1_000_000.0),
+    "aperture_um": (("pinhole",), 0.1, 100_000.0),
+    "gap_index": (("microlens", "pinhole"), 1.0, 3.0),
+}
+
+_Wavelength = Annotated[float, between(380.0, 780.0)]
+_Distortion = Annotated[float, between(-100.0, 100.0)]
+_Offset = Annotated[float, between(-1_000_000.0, 1_000_000.0)]
+
+
+class Panel(BaseModel):
+    """The display: ``width_px`` by ``height_px`` pixels of ``pixel_pitch_um``.
+
+    ``subpixels`` names the layout of the emitting areas, ``wavelengths_nm``
+    what red, green and blue emit.
+    """
+
+    model_config = GIVEN
+
+    width_px: Annotated[int, between(2, 32_768)]
+    height_px: Annotated[int, between(2, 32_768)]
+    pixel_pitch_um: Annotated[float, between(0.5, 10_000.0)]
+    subpixels: SubpixelLayout = "rgb-stripe"
+    wavelengths_nm: Annotated[tuple[_Wavelength, _Wavelength, _Wavelength], FromList] = (
+        610.0,
+        545.0,
+        465.0,
+    )
+
+
+class Headset(BaseModel):
+    """The frame that holds a lens for each eye before the panel.
+
+    Attributes
+    ----------
+    lens_to_panel_mm : float
+        Physical distance along the axis.
+    lens_separation_mm, lens_height_mm : float
+        Distance between the two axes, and their height above the panel's middle.
+    lens_power_d : float or None
+        Power of each lens; None puts the bare panel at its focus, 0 is no lens.
+        `lens_power_d` resolves it.
+    eye_relief_mm : float
+        Lens to pupil; 0 is the single-lens approximation.
+    distortion : (float, float) or None
+        k1 and k2 of r (1 + k1 r^2 + k2 r^4), r the panel slope.
+    """
+
+    model_config = GIVEN
+
+    lens_to_panel_mm: Annotated[float, between(1.0, 10_000.0)]
+    lens_separation_mm: Annotated[float, between(0.0, 1000.0)] = 62.0
+    lens_height_mm: Annotated[float, between(-1000.0, 1000.0)] = 0.0
+    lens_power_d: Annotated[float, between(-100.0, 1000.0)] | None = None
+    eye_relief_mm: Annotated[float, between(0.0, 1000.0)] = 0.0
+    distortion: Annotated[tuple[_Distortion, _Distortion], FromList] | None = None
+
+
+def lens_power_d(headset: Headset) -> float:
+    """Power of the headset's lenses in dioptres; by default the panel stands at their focus."""
+    if headset.lens_power_d is None:
+        return MM_PER_M / headset.lens_to_panel_mm
+    return headset.lens_power_d
+
+
+class Array(BaseModel):
+    """The pinhole or microlens array before the panel, or none.
+
+    With ``kind = "none"`` the other keys mean nothing, so no length is demanded
+    and none is judged; a length of 0 stands for one that was not given.
+
+    Attributes
+    ----------
+    kind : {"microlens", "pinhole", "none"}
+    pitch_um : float
+        Distance between neighbouring cells of the square lattice.
+    gap_mm, gap_index : float
+        Thickness and refractive index of what is between array and panel.
+    focal_mm : float
+        Focal length of the lenslets.
+    aperture_um, aperture_shape : float, {"square", "circle"}
+        Side or diameter of the holes.
+    offset_um : (float, float)
+        Shift of the lattice along the panel's axes, right and up.
+    rotation_deg : float
+        Turn of the lattice, anticlockwise as the wearer sees it.
+    barriers : {"none", "perpendicular", "converging"}
+        Walls between the cells.
+    """
+
+    model_config = GIVEN
+
+    # First, because the checks of the other keys ask for it.
+    kind: ArrayKind
+    pitch_um: float = Field(default=0.0, validate_default=True)
+    gap_mm: float = Field(default=0.0, validate_default=True)
+    gap_index: float = 1.0
+    aperture_um: float = Field(default=75.0, validate_default=True)
+    aperture_shape: Literal["square", "circle"] = "square"
+    focal_mm: float = Field(default=0.0, validate_default=True)
+    offset_um: Annotated[tuple[_Offset, _Offset], FromList] = (0.0, 0.0)
+    rotation_deg: Annotated[float, between(-360.0, 360.0)] = 0.0
+    barriers: Literal["none", "perpendicular", "converging"] = "none"
+
+    @field_validator(*_NEEDED, mode="after")
+    @classmethod
+    def _needed_by_the_kind(cls, value: float, info: ValidationInfo) -> float:
+        kinds, least, most = _NEEDED[info.field_name or ""]
+        kind = info.data.get("kind", "none")
+        if kind in kinds and not least <= value <= most:
+            raise refusal(f'a number from {least:g} to {most:g} for kind "{kind}"')
+        return value
+
+    @field_validator("aperture_um", mode="after")
+    @classmethod
+    def _holes_inside_cells(cls, aperture_um: float, info: ValidationInfo) -> float:
+        pitch_um = info.data.get("pitch_um")
+        if info.data.get("kind") == "pinhole" and pitch_um and aperture_um > pitch_um:
+            raise refusal(f"at most the pitch of {pitch_um:g} um")
+        return aperture_um

@@ -1,0 +1,198 @@
+"""Rig files: reading them, following ``extends``, laying changes over them."""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from vrlf.errors import InputError, RigError
+from vrlf.model.complaints import wrong_keys
+from vrlf.model.overrides import merged, parse_override
+from vrlf.model.prescription import parse_prescription
+from vrlf.model.rig import Rig
+from vrlf.model.shelf import is_shipped, shipped_rig
+from vrlf.model.wording import quoted, shown
+
+_LARGEST_FILE_BYTES: Final = 2**20
+_LONGEST_CHAIN: Final = 8
+
+
+def load_rig(
+    source: str | Path,
+    *,
+    overrides: Sequence[str] = (),
+    left: str | None = None,
+    right: str | None = None,
+    both: str | None = None,
+) -> Rig:
+    """Read a rig and lay the changes of a command line over it.
+
+    Parameters
+    ----------
+    source : str or Path
+        A path (it has a separator or ends in ``.toml``) or a shipped rig's name.
+    overrides : sequence of str
+        ``table.key=value``; a later one wins.
+    left, right, both : str, optional
+        Prescriptions as written on paper. They set sphere, cylinder and axis;
+        ``left`` and ``right`` win over ``both``, overrides over all three.
+
+    Returns
+    -------
+    Rig
+
+    Raises
+    ------
+    RigError
+        If the file, a file it extends or the changes make no rig; all wrong
+        keys are named.
+    InputError
+        If the source names neither a file nor a shipped rig.
+    """
+    chain = _chain(_located(source, Path()))
+    tables: dict[str, Any] = {}
+    for _, layer in reversed(chain):
+        tables = merged(tables, layer)
+    name = " extends ".join(_label(path) for path, _ in chain)
+    for change in _changes(name, overrides, left=left, right=right, both=both):
+        tables = merged(tables, change)
+    return rig_from_tables(tables, source=name)
+
+
+def rig_from_tables(tables: Mapping[str, Any], *, source: str = "rig") -> Rig:
+    """Validate nested tables, as TOML yields them, into a rig.
+
+    Raises
+    ------
+    RigError
+        Naming ``source`` and every wrong key.
+    """
+    try:
+        return Rig.model_validate(dict(tables))
+    except ValidationError:
+        raise RigError(source, wrong_keys(tables)) from None
+
+
+def _located(source: str | Path, folder: Path) -> Path:
+    """The file that a path, relative to ``folder``, or a shipped rig's name stands for."""
+    if "\0" in str(source):
+        raise InputError(f"rig: found a NUL in the path {quoted(str(source))}, wanted a path")
+    if isinstance(source, str) and not source.endswith(".toml") and not re.search(r"[/\\]", source):
+        return shipped_rig(source)
+    return folder / source
+
+
+def _chain(path: Path) -> list[tuple[Path, dict[str, Any]]]:
+    """The file and those it extends, outermost first, each with its own tables."""
+    chain: list[tuple[Path, dict[str, Any]]] = []
+    seen: set[str] = set()
+    while True:
+        tables = _tables(path)
+        seen.add(os.path.realpath(path))
+        base = tables.pop("extends", None)
+        chain.append((path, tables))
+        if base is None:
+            return chain
+        path = _base(path, base)
+        if os.path.realpath(path) in seen:
+            raise _extends_error(chain[-1][0], base, "a rig that doesn't lead back to this one")
+        if len(chain) >= _LONGEST_CHAIN:
+            raise _extends_error(chain[-1][0], base, f"at most {_LONGEST_CHAIN} files in a chain")
+
+
+def _base(path: Path, base: Any) -> Path:
+    if not isinstance(base, str):
+        raise _extends_error(path, base, "a shipped rig's name or a path in quotes")
+    try:
+        return _located(base, path.parent)
+    except InputError as error:
+        raise RigError(_label(path), [f"extends: {error}"]) from None
+
+
+def _extends_error(path: Path, base: Any, wanted: str) -> RigError:
+    return RigError(_label(path), [f"extends: found {shown(base)}, wanted {wanted}"])
+
+
+def _tables(path: Path) -> dict[str, Any]:
+    """The tables of one TOML file."""
+    text = _text(path)
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        reason = str(error)
+    except RecursionError:
+        reason = "brackets nested too deep"
+    except ValueError:
+        # Python refuses to convert integers of more than 4300 digits.
+        reason = "a number too long to read"
+    raise RigError(_label(path), [f"found a syntax error, {reason}, wanted TOML"]) from None
+
+
+def _text(path: Path) -> str:
+    """The text of a file that is not absurdly large."""
+    try:
+        with path.open("rb") as file:
+            raw = file.read(_LARGEST_FILE_BYTES + 1)
+    except IsADirectoryError:
+        raise RigError(_label(path), ["found a folder, wanted a rig file"]) from None
+    except FileNotFoundError:
+        raise RigError(_label(path), ["found no such file, wanted a rig file"]) from None
+    except OSError as error:
+        raise RigError(_label(path), [f"found {error.strerror}, wanted a readable file"]) from None
+    if len(raw) > _LARGEST_FILE_BYTES:
+        raise RigError(_label(path), ["found more than 1 MiB, wanted a rig file"])
+    try:
+        # Windows editors put a byte order mark first, which TOML does not allow.
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw[: error.start].count(b"\n") + 1
+        problem = f"found bytes that are not UTF-8 in line {line}, wanted UTF-8 text"
+        raise RigError(_label(path), [problem]) from None
+
+
+def _changes(
+    name: str,
+    overrides: Sequence[str],
+    *,
+    left: str | None,
+    right: str | None,
+    both: str | None,
+) -> list[dict[str, Any]]:
+    """Tables that the command line's options stand for, in the order of application."""
+    options: list[tuple[str, Callable[[str], dict[str, Any]], str | None]] = [
+        ("--both", lambda text: _prescribed(text, "left", "right"), both),
+        ("--left", lambda text: _prescribed(text, "left"), left),
+        ("--right", lambda text: _prescribed(text, "right"), right),
+        *(("", parse_override, text) for text in overrides),
+    ]
+    changes: list[dict[str, Any]] = []
+    problems: list[str] = []
+    for option, parse, text in options:
+        if text is None:
+            continue
+        try:
+            changes.append(parse(text))
+        except InputError as error:
+            problems.append(f"{option} {error}".strip())
+    if problems:
+        raise RigError(name, problems)
+    return changes
+
+
+def _prescribed(text: str, *eyes: str) -> dict[str, Any]:
+    sphere_d, cylinder_d, axis_deg = parse_prescription(text)
+    table = {"sphere_d": sphere_d, "cylinder_d": cylinder_d, "axis_deg": axis_deg}
+    return dict.fromkeys(eyes, table)
+
+
+def _label(path: Path) -> str:
+    """A file in a message: a shipped rig by its name, a path so that it can be printed."""
+    if is_shipped(path):
+        return path.stem
+    return str(path) if str(path).isprintable() else ascii(str(path))

@@ -1,0 +1,102 @@
+"""The whole rig, and the checks that concern more than one of its tables."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+from vrlf.model.eye import Eye
+from vrlf.model.fields import GIVEN, above, between, refusal
+from vrlf.model.hardware import Array, Headset, Panel, lens_power_d
+from vrlf.units import MM_PER_M
+
+
+class Prefilter(BaseModel):
+    """How the panel image is computed from the target.
+
+    Attributes
+    ----------
+    method : {"forward", "optimal", "none"}
+    subpixel_grid : int
+        ``forward`` samples every colour sub-pixel at this many points squared.
+    brightness, black_level : float
+        Linear levels that ``optimal`` maps the target's white and black to.
+    """
+
+    model_config = GIVEN
+
+    method: Literal["forward", "optimal", "none"] = "forward"
+    subpixel_grid: Annotated[int, between(1, 16)] = 3
+    brightness: Annotated[float, above(0.0, 1.0)] = 1.0
+    black_level: Annotated[float, between(0.0, 1.0)] = Field(default=0.0)
+
+    @field_validator("black_level", mode="after")
+    @classmethod
+    def _black_below_white(cls, black_level: float, info: ValidationInfo) -> float:
+        brightness = info.data.get("brightness")
+        if brightness is not None and black_level >= brightness:
+            raise refusal(f"less than the brightness of {brightness:g}")
+        return black_level
+
+
+class Rig(BaseModel):
+    """Everything that is given: a panel, a headset, an array and two eyes.
+
+    Attributes
+    ----------
+    schema_version : int
+        ``schema`` in the file.
+    panel, headset, array, left, right, prefilter
+        The tables of the file. Without an [array] table there is no array.
+    """
+
+    model_config = ConfigDict(**GIVEN, serialize_by_alias=True)
+
+    schema_version: Annotated[int, between(1, 1)] = Field(default=1, alias="schema")
+    panel: Panel
+    headset: Headset
+    array: Array = Field(default=Array(kind="none"), validate_default=True)
+    left: Eye
+    right: Eye
+    prefilter: Prefilter = Prefilter()
+
+    @field_validator("array", mode="after")
+    @classmethod
+    def _fits_the_headset(cls, array: Array, info: ValidationInfo) -> Array:
+        headset = info.data.get("headset")
+        if headset is not None:
+            _check_array_between_lens_and_panel(headset, array)
+            _check_relief(headset, array)
+        return array
+
+
+def _check_array_between_lens_and_panel(headset: Headset, array: Array) -> None:
+    if array.kind != "none" and array.gap_mm >= headset.lens_to_panel_mm:
+        raise refusal(
+            f"less than headset.lens_to_panel_mm, {headset.lens_to_panel_mm:g}",
+            key="array.gap_mm",
+        )
+
+
+def _check_relief(headset: Headset, array: Array) -> None:
+    """Refuse a lens so strong that the eye stands behind its image of the panel.
+
+    The chief ray from the panel point X enters the eye with the slope X / m,
+    m = e + d - d e F; where m <= 0 the picture has no upright image.
+    """
+    distance_mm = headset.lens_to_panel_mm
+    if array.kind != "none":
+        distance_mm += array.gap_mm / array.gap_index - array.gap_mm
+    excess = distance_mm * lens_power_d(headset) / MM_PER_M - 1.0
+    if distance_mm - headset.eye_relief_mm * excess <= 0.0:
+        raise refusal(
+            f"less than {distance_mm / excess:.4g} mm behind lenses of "
+            f"{lens_power_d(headset):g} D, where an upright image ends",
+            key="headset.eye_relief_mm",
+        )
+
+
+def rig_json_schema() -> dict[str, Any]:
+    """JSON schema of the rig file, for editors and scripts."""
+    return Rig.model_json_schema(by_alias=True)

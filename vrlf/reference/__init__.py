@@ -1,0 +1,11 @@
+"""The float64 twin of each pass: slow, plain, and what the shaders are held against.
+
+========== ======================================================================
+file       twin of
+========== ======================================================================
+prepare    ``shaders/prepare.comp``: a picture fitted into its viewport
+forward    ``shaders/forward.comp``: the forward prefilter
+perceive   ``shaders/perceive.comp``: what both eyes see, plain pupil sampling
+encode     ``shaders/encode.comp``: linear light to 8-bit sRGB
+========== ======================================================================
+"""

@@ -1,0 +1,224 @@
+"""Float64 twin of ``shaders/perceive.comp``: plain pupil sampling with the design's equations.
+
+Every pupil point is traced for every retinal pixel in millimetres, step by step; nothing is
+precomputed, binned or skipped.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vrlf.model import Rig
+from vrlf.optics import lattice as cells
+from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
+from vrlf.optics.lattice import Lattice, lattice_of
+from vrlf.optics.polynomial import Float
+from vrlf.optics.samples import footprint_scale, pupil_points, uses_area_means
+from vrlf.optics.subpixels import Layout, layout
+from vrlf.optics.viewport import SIDES, Side, Viewport, panel_points_mm, pitch_mm, viewport
+
+Bool = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Landing:
+    """Where one pupil point's rays meet array and panel, for every pixel of a viewport.
+
+    Attributes
+    ----------
+    array_mm, panel_mm : ndarray (H, w, 2)
+        Points relative to the optical axis.
+    in_cell : ndarray (H, w, 2)
+        Place in the cell, in cells, lattice frame; zero without an array.
+    cell : ndarray (H, w, 2)
+        The cell's number.
+    """
+
+    array_mm: Float
+    panel_mm: Float
+    in_cell: Float
+    cell: Float
+
+
+def trace(
+    bench: Bench, lattice: Lattice | None, view: Viewport, x_mm: Float, u_mm: Float, slope: Float
+) -> Landing:
+    """Backward rays from retinal points ``x_mm`` through the pupil at ``u_mm``.
+
+    ``slope`` is the eye's transverse aberration there. Steps and names are the design's.
+    """
+    # Leave the eye, pass the headset lens.
+    alpha = x_mm / bench.panel_per_slope_mm + slope
+    h = u_mm + bench.relief_mm * alpha
+    beta = alpha - bench.lens_power_per_mm * h
+    # Meet the array.
+    y = h + bench.lens_to_array_mm * beta
+    if lattice is None:
+        zero = np.zeros_like(y)
+        return Landing(y, y + bench.reduced_gap_mm * beta, zero, zero)
+    q = cells.cell_coordinates(lattice, y + np.array(view.axis_mm))
+    cell = cells.nearest_cell(q)
+    # Be bent by the lenslet (or not, in a hole) and cross the gap.
+    from_centre_mm = (q - cell) @ lattice.panel_from_cell.T
+    x = y + bench.reduced_gap_mm * beta - lattice.bend * from_centre_mm
+    return Landing(y, x, q - cell, cell)
+
+
+def perceive(panel: Float, rig: Rig, rays: int) -> Float:
+    """What both eyes see of a panel, side by side on the panel's raster.
+
+    Parameters
+    ----------
+    panel : ndarray (H, W, 3)
+        Linear light.
+    rig : Rig
+    rays : int
+        Rays that are let through, for each retinal pixel.
+
+    Returns
+    -------
+    ndarray, shape (H, W, 3)
+        Linear light, no exposure applied; a middle column of an odd width is dark.
+    """
+    seen = np.zeros(panel.shape)
+    for side in SIDES:
+        view = viewport(rig, side)
+        optics = eye_optics(rig, side)
+        half = panel[:, view.columns].astype(np.float64)
+        for colour in range(3):
+            if colour == 0 or optics.is_chromatic:
+                perceived = _one_path(half, rig, view, optics, colour, rays)
+            seen[:, view.columns, colour] = perceived[..., colour]
+    return seen
+
+
+def _one_path(
+    half: Float, rig: Rig, view: Viewport, optics: EyeOptics, colour: int, rays: int
+) -> Float:
+    """The view of one eye if all colours took the path of ``colour``."""
+    bench, lattice = bench_of(rig), lattice_of(rig)
+    gather = _Gather(half, rig, view, bench, lattice, layout(rig.panel.subpixels))
+    at = pupil_points(rig, optics, rays)
+    slopes = aberration_at(optics.aberration[colour], at.from_centre_mm)
+    total = np.zeros(half.shape)
+    for u_mm, slope, within_mm in zip(at.u_mm, slopes, at.within_pixel_mm, strict=True):
+        total += gather.light(u_mm, slope, within_mm)
+    return total / len(slopes)
+
+
+class _Gather:
+    """Fetches the light of one pupil point for all pixels of a viewport."""
+
+    def __init__(
+        self,
+        half: Float,
+        rig: Rig,
+        view: Viewport,
+        bench: Bench,
+        lattice: Lattice | None,
+        emission: Layout,
+    ) -> None:
+        self._half, self._view, self._bench, self._lattice = half, view, bench, lattice
+        self._emission = emission
+        self._pitch_mm = pitch_mm(rig)
+        self._x_mm = panel_points_mm(rig, view)
+        self._area_means = uses_area_means(bench, lattice)
+        self._kappa = abs(footprint_scale(bench, lattice))
+        # Raster coordinates of the optical axis in the viewport: columns right, rows down.
+        self._axis_px = np.array(
+            [
+                view.axis_mm[0] / self._pitch_mm + rig.panel.width_px / 2.0 - view.first_column,
+                rig.panel.height_px / 2.0 - view.axis_mm[1] / self._pitch_mm,
+            ]
+        )
+
+    def light(self, u_mm: Float, slope: Float, within_mm: Float) -> Float:
+        """Radiance that the retinal pixels receive through one pupil point, (H, w, 3)."""
+        if not self._area_means:
+            return self._sampled(u_mm, slope, within_mm)
+        centre = trace(self._bench, self._lattice, self._view, self._x_mm, u_mm, slope)
+        mean = self._area_mean(centre)
+        if self._lattice is None:
+            return mean
+        whole = self._is_whole(self._lattice, centre)
+        return np.where(whole[..., None], mean, self._sampled(u_mm, slope, within_mm))
+
+    def _sampled(self, u_mm: Float, slope: Float, within_mm: Float) -> Float:
+        """The light at one point of the retinal pixel."""
+        x_mm = self._x_mm + within_mm
+        landing = trace(self._bench, self._lattice, self._view, x_mm, u_mm, slope)
+        passes = np.ones(landing.cell.shape[:2], dtype=bool)
+        if self._lattice is not None:
+            passes = cells.is_open(self._lattice, landing.in_cell)
+            passes &= self._in_own_area(self._lattice, landing)
+        return self._emitted(self._raster(landing)) * passes[..., None]
+
+    def _raster(self, landing: Landing) -> Float:
+        return np.asarray(landing.panel_mm / self._pitch_mm * [1.0, -1.0] + self._axis_px)
+
+    def _barrier_coordinates(self, lattice: Lattice, landing: Landing) -> Float:
+        """Cell coordinates of the panel points as the barriers divide them."""
+        owned = lattice.barrier_scale * landing.panel_mm + np.array(self._view.axis_mm)
+        return cells.cell_coordinates(lattice, owned)
+
+    def _in_own_area(self, lattice: Lattice, landing: Landing) -> Bool:
+        """Whether no barrier stands between a cell and the panel point reached through it."""
+        if lattice.barriers == "none":
+            return np.ones(landing.cell.shape[:2], dtype=bool)
+        owner = cells.nearest_cell(self._barrier_coordinates(lattice, landing))
+        return np.asarray(np.all(owner == landing.cell, axis=-1))
+
+    def _is_whole(self, lattice: Lattice, landing: Landing) -> Bool:
+        """Whether the image of the whole retinal pixel passes one lenslet and no barrier cuts it."""
+        spread = float(np.abs(lattice.cell_from_panel[0]).sum()) * self._pitch_mm / 2.0
+        at_array = spread * self._bench.array_from_panel
+        whole = np.max(np.abs(landing.in_cell), axis=-1) <= 0.5 - at_array
+        if lattice.barriers != "none":
+            off = np.abs(self._barrier_coordinates(lattice, landing) - landing.cell)
+            whole &= off.max(axis=-1) <= 0.5 - spread * lattice.barrier_scale * self._kappa
+        return np.asarray(whole)
+
+    def _emitted(self, raster: Float) -> Float:
+        """Radiance of the panel at points, black outside the viewport."""
+        pixel = np.floor(raster)
+        place = (raster - pixel)[..., None, :]
+        boxes = self._emission.rectangles
+        lit = np.all((place >= boxes[:, :2]) & (place < boxes[:, 2:]), axis=-1)
+        return self._texels(pixel.astype(int)) * lit * self._emission.gain
+
+    def _area_mean(self, landing: Landing) -> Float:
+        """Mean radiance of the square of side kappa about each point: at most 2 x 2 pixels."""
+        # A square of no size is a point; the floor keeps the quotient finite.
+        side = max(self._kappa, 1e-3)
+        low = self._raster(landing) - side / 2.0
+        first = np.floor(low)
+        total = np.zeros(self._half.shape)
+        for step in np.ndindex(2, 2):
+            pixel = first + step
+            start = np.clip(low - pixel, 0.0, 1.0)[..., None, :]
+            end = np.clip(low + side - pixel, 0.0, 1.0)[..., None, :]
+            boxes = self._emission.rectangles
+            shared = np.minimum(end, boxes[:, 2:]) - np.maximum(start, boxes[:, :2])
+            area = np.prod(np.maximum(shared, 0.0), axis=-1) / side**2
+            total += self._texels(pixel.astype(int)) * area * self._emission.gain
+        return total
+
+    def _texels(self, pixel: NDArray[np.int_]) -> Float:
+        height, width = self._half.shape[:2]
+        column, row = pixel[..., 0], pixel[..., 1]
+        inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+        value = self._half[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
+        return np.asarray(value * inside[..., None])
+
+
+def landing_points(rig: Rig, side: Side, rays: int, point: int) -> Landing:
+    """Where the ``point``-th pupil point's rays land, from the pixels' centres; for tests."""
+    view, optics = viewport(rig, side), eye_optics(rig, side)
+    at = pupil_points(rig, optics, rays)
+    slope = aberration_at(optics.aberration[0], at.from_centre_mm[point])
+    x_mm = panel_points_mm(rig, view)
+    return trace(bench_of(rig), lattice_of(rig), view, x_mm, at.u_mm[point], slope)
