@@ -76,9 +76,7 @@ def bmp(pixels: Bytes, *, top_down: bool = False) -> bytes:
     rows = pixels if top_down else pixels[::-1]
     body = b"".join(row[:, ::-1].tobytes() + pad for row in rows)
     signed_height = -height if top_down else height
-    info = struct.pack(
-        "<IiiHHIIiiII", 40, width, signed_height, 1, 24, 0, len(body), 0, 0, 0, 0
-    )
+    info = struct.pack("<IiiHHIIiiII", 40, width, signed_height, 1, 24, 0, len(body), 0, 0, 0, 0)
     return b"BM" + struct.pack("<IHHI", 54 + len(body), 0, 0, 54) + info + body
 
 

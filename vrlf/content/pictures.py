@@ -58,6 +58,9 @@ class StereoSource:
         Each eye's picture has the raster of its viewport and needs no scaling.
     pixel_aspect : float
         Seen width of a source pixel over its seen height.
+    panel : ndarray of float32, shape (H, W, 3), or None
+        The whole picture where it has exactly the panel's size: a bare panel shows it as it
+        is, the middle column of an odd width too.
     """
 
     left: NDArray[np.float32]
@@ -65,6 +68,7 @@ class StereoSource:
     layout: Layout
     pixel_for_pixel: bool
     pixel_aspect: float
+    panel: NDArray[np.float32] | None = None
 
 
 def load_stereo(
@@ -112,6 +116,7 @@ def load_stereo(
         A file cannot be read, is too small to be split, or does not fit the other.
     """
     first = read_picture(path, encoding=encoding)
+    whole = first if right_path is None and first.shape[1::-1] == panel_size else None
     if right_path is not None:
         taken: Layout = "mono"
         second = _read_second(path, right_path, first, layout, encoding)
@@ -131,6 +136,7 @@ def load_stereo(
         layout=taken,
         pixel_for_pixel=aspect == 1.0 and left.shape[:2] == viewport_shape,
         pixel_aspect=aspect,
+        panel=whole if taken == "side-by-side" and not cross_eyed else None,
     )
 
 

@@ -88,7 +88,7 @@ class Device:
     def make_current(self) -> None:
         """Take the context up again after another one was made on this thread."""
         if self._owns_context:
-            self.context.__enter__()
+            self.context.mglo.__enter__()
 
     def check(self, doing: str) -> None:
         """Raise if the GPU has reported an error; it raises nothing by itself."""
@@ -188,7 +188,8 @@ def _no_context(reason: str) -> str:
 
 
 def _too_old(version: int) -> str:
+    found = f"OpenGL {version // 100}.{version % 100 // 10}"
     return (
-        f"GPU: found OpenGL {version // 100}.{version % 100 // 10}, wanted OpenGL 4.3 or newer with compute shaders; update the "
+        f"GPU: found {found}, wanted OpenGL 4.3 or newer with compute shaders; update the "
         "graphics driver, or let the CPU do it with Mesa's llvmpipe (LIBGL_ALWAYS_SOFTWARE=1)"
     )

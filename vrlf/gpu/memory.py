@@ -76,7 +76,7 @@ class Texture:
                 f"wanted {self.size_px[0]}x{self.size_px[1]} {self._dtype}"
             )
         if pixels.shape[2] == 3 and self.components == 4:
-            full = np.iinfo(self._dtype).max if self._dtype.kind == "u" else 1
+            full = 2 ** (8 * self._dtype.itemsize) - 1 if self._dtype.kind == "u" else 1
             alpha = np.full((height, width, 1), full, self._dtype)
             pixels = np.concatenate([pixels, alpha], axis=2)
         self._texture.write(np.ascontiguousarray(pixels).tobytes())

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -46,7 +47,7 @@ _FORMATS: Final[Mapping[str, _Format]] = {
     ".tiff": _TIFF,
     ".jpg": _JPEG,
     ".jpeg": _JPEG,
-    ".webp": _Format("webp", ("uint8",), options={"compression": "lossless:100"}),
+    ".webp": _Format("webp", ("uint8",), options={"compression": "lossless:50"}),
     ".bmp": _Format("bmp", ("uint8",)),
 }
 
@@ -275,8 +276,6 @@ def _memory_file(room_bytes: int, name: str) -> Iterator[str]:
         finally:
             os.close(descriptor)
         return
-    import shutil
-
     with tempfile.TemporaryDirectory(prefix="vrlf-") as folder:
         free = shutil.disk_usage(folder).free
         if free < room_bytes:

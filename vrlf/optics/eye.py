@@ -131,9 +131,7 @@ def eye_optics(rig: Rig, side: str) -> EyeOptics:
         )
 
     if eye.chromatic:
-        colours = tuple(
-            aberration(chromatic_difference_d(nm)) for nm in rig.panel.wavelengths_nm
-        )
+        colours = tuple(aberration(chromatic_difference_d(nm)) for nm in rig.panel.wavelengths_nm)
     else:
         colours = (aberration(0.0),) * 3
     return EyeOptics(

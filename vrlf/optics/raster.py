@@ -8,6 +8,7 @@ a cell, so a shader adds small numbers only: at 3840 pixels its places in a cell
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from vrlf.optics.polynomial import Float
 from vrlf.optics.viewport import (
     RASTER_FLIP,
     SIDES,
+    Side,
     column_centres_mm,
     pitch_mm,
     row_centres_mm,
@@ -41,7 +43,7 @@ class CellRaster:
 
 
 def cell_raster(
-    rig: Rig, lattice: Lattice, scale: float, shift_mm: dict[str, Float] | None = None
+    rig: Rig, lattice: Lattice, scale: float, shift_mm: Mapping[Side, Float] | None = None
 ) -> CellRaster:
     """Cell coordinates of ``scale * X + shift`` for the panel points X of all pixels.
 

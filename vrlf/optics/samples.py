@@ -25,6 +25,7 @@ from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
+from vrlf.optics.raster import cells_per_pixel
 from vrlf.optics.viewport import RASTER_FLIP, Side, pitch_mm
 
 # 16 MiB of table an eye and colour: what a mask of 0.4 % opening needs for 4096 seen rays.
@@ -79,11 +80,14 @@ class RayTable:
         psi in pixels, right and down.
     within_pixel : ndarray (n, 2)
         Place in the retinal pixel, in pixels from its centre, right and down.
+    cells_per_px : ndarray (2, 2)
+        What a pixel to the right and a pixel down are in cells; zero without an array.
     """
 
     array_cells: Float
     landing_px: Float
     within_pixel: Float
+    cells_per_px: Float
 
 
 def ray_table(
@@ -100,6 +104,7 @@ def ray_table(
         array_cells=cells,
         landing_px=psi_mm @ raster_from_mm.T,
         within_pixel=at.within_pixel_mm @ raster_from_mm.T,
+        cells_per_px=np.zeros((2, 2)) if lattice is None else cells_per_pixel(rig, lattice),
     )
 
 

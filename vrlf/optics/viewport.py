@@ -62,13 +62,13 @@ def pitch_mm(rig: Rig) -> float:
 def column_centres_mm(rig: Rig) -> Float:
     """x of every column's centre on the whole panel, shape (W,), panel frame."""
     width = rig.panel.width_px
-    return (np.arange(width) + 0.5 - width / 2.0) * pitch_mm(rig)
+    return np.asarray((np.arange(width) + 0.5 - width / 2.0) * pitch_mm(rig), np.float64)
 
 
 def row_centres_mm(rig: Rig) -> Float:
     """y of every row's centre, shape (H,), panel frame: row 0 is the highest."""
     height = rig.panel.height_px
-    return (height / 2.0 - np.arange(height) - 0.5) * pitch_mm(rig)
+    return np.asarray((height / 2.0 - np.arange(height) - 0.5) * pitch_mm(rig), np.float64)
 
 
 def panel_points_mm(rig: Rig, view: Viewport) -> Float:
@@ -76,3 +76,10 @@ def panel_points_mm(rig: Rig, view: Viewport) -> Float:
     x = column_centres_mm(rig)[view.columns] - view.axis_mm[0]
     y = row_centres_mm(rig) - view.axis_mm[1]
     return np.stack(np.broadcast_arrays(x[None, :], y[:, None]), axis=-1)
+
+
+def axis_in_viewport_px(rig: Rig, view: Viewport) -> Float:
+    """The optical axis in the viewport's own raster (right, down; corners at whole numbers)."""
+    pitch = pitch_mm(rig)
+    column = view.axis_mm[0] / pitch + rig.panel.width_px / 2.0 - view.first_column
+    return np.array([column, rig.panel.height_px / 2.0 - view.axis_mm[1] / pitch])

@@ -14,7 +14,14 @@ from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
 from vrlf.optics.subpixels import layout
-from vrlf.optics.viewport import SIDES, Viewport, panel_points_mm, pitch_mm, viewport
+from vrlf.optics.viewport import (
+    SIDES,
+    Viewport,
+    axis_in_viewport_px,
+    panel_points_mm,
+    pitch_mm,
+    viewport,
+)
 
 
 def forward(target: Float, rig: Rig) -> Float:
@@ -115,9 +122,8 @@ def read_target(half: Float, x_mm: Float, rig: Rig, view: Viewport) -> Float:
     """Bilinear reads: the edge pixel goes on to the viewport's border, black beyond."""
     height, width = half.shape
     pitch = pitch_mm(rig)
-    column = (x_mm[..., 0] + view.axis_mm[0]) / pitch + rig.panel.width_px / 2.0
-    column = column - view.first_column
-    row = rig.panel.height_px / 2.0 - (x_mm[..., 1] + view.axis_mm[1]) / pitch
+    axis = axis_in_viewport_px(rig, view)
+    column, row = axis[0] + x_mm[..., 0] / pitch, axis[1] - x_mm[..., 1] / pitch
     inside = (column >= 0.0) & (column <= width) & (row >= 0.0) & (row <= height)
     x0, y0 = np.floor(column - 0.5), np.floor(row - 0.5)
     fx, fy = column - 0.5 - x0, row - 0.5 - y0

@@ -19,7 +19,15 @@ from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
 from vrlf.optics.samples import footprint_scale, pupil_points, uses_area_means
 from vrlf.optics.subpixels import Layout, layout
-from vrlf.optics.viewport import SIDES, Side, Viewport, panel_points_mm, pitch_mm, viewport
+from vrlf.optics.viewport import (
+    SIDES,
+    Side,
+    Viewport,
+    axis_in_viewport_px,
+    panel_points_mm,
+    pitch_mm,
+    viewport,
+)
 
 Bool = NDArray[np.bool_]
 
@@ -128,13 +136,7 @@ class _Gather:
         self._x_mm = panel_points_mm(rig, view)
         self._area_means = uses_area_means(bench, lattice)
         self._kappa = abs(footprint_scale(bench, lattice))
-        # Raster coordinates of the optical axis in the viewport: columns right, rows down.
-        self._axis_px = np.array(
-            [
-                view.axis_mm[0] / self._pitch_mm + rig.panel.width_px / 2.0 - view.first_column,
-                rig.panel.height_px / 2.0 - view.axis_mm[1] / self._pitch_mm,
-            ]
-        )
+        self._axis_px = axis_in_viewport_px(rig, view)
 
     def light(self, u_mm: Float, slope: Float, within_mm: Float) -> Float:
         """Radiance that the retinal pixels receive through one pupil point, (H, w, 3)."""
@@ -173,7 +175,7 @@ class _Gather:
         return np.asarray(np.all(owner == landing.cell, axis=-1))
 
     def _is_whole(self, lattice: Lattice, landing: Landing) -> Bool:
-        """Whether the image of the whole retinal pixel passes one lenslet and no barrier cuts it."""
+        """Whether all rays of a retinal pixel pass one lenslet and no barrier cuts them."""
         spread = float(np.abs(lattice.cell_from_panel[0]).sum()) * self._pitch_mm / 2.0
         at_array = spread * self._bench.array_from_panel
         whole = np.max(np.abs(landing.in_cell), axis=-1) <= 0.5 - at_array
@@ -188,7 +190,7 @@ class _Gather:
         place = (raster - pixel)[..., None, :]
         boxes = self._emission.rectangles
         lit = np.all((place >= boxes[:, :2]) & (place < boxes[:, 2:]), axis=-1)
-        return self._texels(pixel.astype(int)) * lit * self._emission.gain
+        return np.asarray(self._texels(pixel.astype(int)) * lit * self._emission.gain)
 
     def _area_mean(self, landing: Landing) -> Float:
         """Mean radiance of the square of side kappa about each point: at most 2 x 2 pixels."""

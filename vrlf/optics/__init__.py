@@ -1,0 +1,22 @@
+"""What follows from a rig, in float64 numpy: functions on plain arrays, no GPU.
+
+============ ====================================================================
+file         holds
+============ ====================================================================
+frames       the one place where the examiner's view becomes the wearer's
+polynomial   polynomials of the two pupil coordinates
+wavefront    Zernike terms as polynomials
+refraction   prescriptions, power vectors, matrices, transverse aberration
+eye          an eye's wavefront, accommodated, for each colour of the panel
+bench        distances and powers of the headset
+viewport     which columns an eye sees, where its axis meets the panel
+subpixels    where in a pixel each colour emits
+lattice      the array's cells, openings and barriers
+raster       the lattice on the panel's raster, split for 32-bit floats
+sequence     well-spread points
+samples      perception's rays, reduced to what no pixel changes
+inverse      the forward prefilter's map, reduced to a place in a cell
+limits       what an array can and cannot do
+inspect      all numbers and warnings that follow from a rig
+============ ====================================================================
+"""

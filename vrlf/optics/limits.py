@@ -1,0 +1,128 @@
+"""What an array can and cannot do (T 4.3, 7.1), and how sharp an eye can see through it.
+
+p is the panel's pixel pitch, D the array's, g the reduced gap, m the distance that turns
+slopes into panel millimetres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan, degrees, inf, sqrt
+
+import numpy as np
+
+from vrlf.model import Rig
+from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.eye import EyeOptics
+from vrlf.optics.lattice import Lattice, lattice_of
+from vrlf.optics.polynomial import Float
+from vrlf.optics.viewport import pitch_mm
+from vrlf.units import MM_PER_M, NM_PER_MM, UM_PER_MM
+
+
+@dataclass(frozen=True)
+class ArrayLimits:
+    """Limits of a rig's array, whatever the eye."""
+
+    throughput: float
+    field_of_view_deg: float
+    views: float
+    spatial_nyquist_per_mm: float
+    depth_of_field_mm: float
+    eyebox_mm: float
+    best_pinhole_um: float
+    lens_to_array_mm: float
+    reduced_gap_mm: float
+
+
+def array_limits(rig: Rig) -> ArrayLimits | None:
+    """The limits, or None without an array."""
+    lattice, bench = lattice_of(rig), bench_of(rig)
+    if lattice is None:
+        return None
+    gap_mm, cell_mm = bench.reduced_gap_mm, lattice.pitch_mm
+    green_mm = rig.panel.wavelengths_nm[1] / NM_PER_MM
+    return ArrayLimits(
+        throughput=lattice.throughput,
+        field_of_view_deg=degrees(2.0 * atan(cell_mm / (2.0 * gap_mm))),  # T 4.1
+        views=cell_mm / pitch_mm(rig),
+        spatial_nyquist_per_mm=1.0 / (2.0 * cell_mm),
+        depth_of_field_mm=cell_mm * gap_mm / pitch_mm(rig),
+        eyebox_mm=cell_mm * bench.panel_per_slope_mm / gap_mm,
+        best_pinhole_um=sqrt(2.0 * green_mm * gap_mm) * UM_PER_MM,  # T 7.1
+        lens_to_array_mm=bench.lens_to_array_mm,
+        reduced_gap_mm=gap_mm,
+    )
+
+
+def blur_matrix(bench: Bench, optics: EyeOptics) -> Float:
+    """Panel height per pupil height, (1 - d F) I + m R / 1000, shape (2, 2)."""
+    spread = bench.panel_per_slope_mm * optics.matrix_d / MM_PER_M
+    return np.asarray(bench.defocus_factor * np.eye(2) + spread)
+
+
+def worst_meridian(matrix: Float) -> float:
+    """Largest absolute eigenvalue of a symmetric matrix."""
+    return float(np.abs(np.linalg.eigvalsh(matrix)).max())
+
+
+def focus_distance_mm(bench: Bench, optics: EyeOptics) -> float | None:
+    """Plane of focus before the headset lens, of the mean error; None if it is not in front.
+
+    1 / (F - R / (1 + e R)), R in 1/mm. T 8.4 for e = 0 and F = 1/d.
+    """
+    mean_per_mm = float(np.trace(optics.matrix_d)) / 2.0 / MM_PER_M
+    at_lens = 1.0 + bench.relief_mm * mean_per_mm
+    if at_lens == 0.0:
+        return None
+    power = bench.lens_power_per_mm - mean_per_mm / at_lens
+    # A power of 1e-9 per mm is a plane of focus a thousand kilometres off.
+    return 1.0 / power if power > 1e-9 else None
+
+
+def best_focal_mm(bench: Bench, focus_mm: float | None) -> float | None:
+    """Focal length of lenslets that image the panel onto the plane of focus.
+
+    1/f = 1/g + 1/(s_a - d_f), signs kept; None where no converging array serves.
+    """
+    distance_mm = -inf if focus_mm is None else bench.lens_to_array_mm - focus_mm
+    if distance_mm == 0.0:
+        return None  # the eye focuses on the array itself: no lenslet images anything there
+    power = 1.0 / bench.reduced_gap_mm + 1.0 / distance_mm
+    return 1.0 / power if power > 0.0 else None
+
+
+def seen_pixel_px(bench: Bench, optics: EyeOptics) -> float:
+    """Size at which one panel pixel is seen through one opening, in retinal pixels.
+
+    The eigenvalues of dX/dx = I + a (m / g) B, with a = (e + s_a (1 - e F)) / m and B the
+    blur matrix: the derivative of the inverse map within a cell.
+    """
+    reach = bench.panel_per_slope_mm / bench.reduced_gap_mm
+    return worst_meridian(np.eye(2) + bench.array_from_panel * reach * blur_matrix(bench, optics))
+
+
+def opening_blur_mm(bench: Bench, lattice: Lattice, optics: EyeOptics) -> float:
+    """How far one panel point spreads on the retina through one opening.
+
+    For a fixed panel point, moving by dy in the opening moves the retinal point by
+    -(m / g) (B - (g / f) Phi) dy, where Phi = (1 - s_a F) I + (e + s_a (1 - e F)) R / 1000:
+    zero where the lenslets image the panel onto the plane of focus.
+    """
+    reach = bench.panel_per_slope_mm / bench.reduced_gap_mm
+    at_array = bench.array_per_slope_mm * optics.matrix_d / MM_PER_M
+    phi = bench.array_defocus_factor * np.eye(2) + at_array
+    unfocused = worst_meridian(blur_matrix(bench, optics) - lattice.bend * phi)
+    opening_mm = 2.0 * min(lattice.half_aperture, 0.5) * lattice.pitch_mm
+    # The pupil may be smaller than what the opening lets through.
+    return min(reach * opening_mm, optics.pupil_mm) * unfocused
+
+
+def barrier_field_mm(bench: Bench, lattice: Lattice, optics: EyeOptics) -> float:
+    """Half the field in which perpendicular barriers leave cells that show anything.
+
+    On the array, from the axis: |c (1 - e F) - o| <= a/2 + D (e + s_a (1 - e F)) / 2g.
+    """
+    half = optics.pupil_mm / 2.0
+    half += lattice.pitch_mm * bench.array_per_slope_mm / (2.0 * bench.reduced_gap_mm)
+    return half / bench.relief_factor if bench.relief_factor > 0.0 else inf

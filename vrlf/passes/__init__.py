@@ -1,0 +1,33 @@
+"""The steps of a frame: one class and one compute shader each, both eyes in one dispatch.
+
+========== =====================================================================
+file       holds
+========== =====================================================================
+fields     members that several uniform blocks share, and their values for a rig
+prepare    ``Prepare``: each eye's picture fitted into its viewport
+forward    ``Forward``: the forward prefilter
+perceive   ``Perceive``: what both eyes see of a panel image
+bins       the rays that holes can pass, sorted by where they cross the mask
+encode     ``Encode``: linear light to 8-bit sRGB
+========== =====================================================================
+
+A pass is split in two: the class owns the programs, and its *tables* own what follows from
+one prescription. Tables are made once for a rig and swapped whole.
+"""
+
+from __future__ import annotations
+
+from vrlf.passes.encode import Encode
+from vrlf.passes.forward import Forward, ForwardTables
+from vrlf.passes.perceive import Perceive, PerceiveTables
+from vrlf.passes.prepare import EyePicture, Prepare
+
+__all__ = [
+    "Encode",
+    "EyePicture",
+    "Forward",
+    "ForwardTables",
+    "Perceive",
+    "PerceiveTables",
+    "Prepare",
+]

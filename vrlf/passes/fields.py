@@ -1,0 +1,102 @@
+"""Members that several uniform blocks share, and what a rig makes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vrlf.gpu import Buffer, Device, Field
+from vrlf.model import Rig
+from vrlf.optics.bench import bench_of
+from vrlf.optics.lattice import Lattice
+from vrlf.optics.polynomial import Float
+from vrlf.optics.raster import CellRaster, cell_raster, cells_per_pixel, pixels_per_cell
+from vrlf.optics.subpixels import layout
+from vrlf.optics.viewport import Side, viewport
+
+VIEWPORT_FIELDS = (
+    Field("ivec2", "panel_px", "width and height of the panel"),
+    Field("ivec2", "view_px", "width and height of one eye's viewport"),
+    Field("int", "second_column", "where the right eye's viewport begins"),
+)
+SUBPIXEL_FIELDS = (
+    Field("vec4", "emitting", "left, top, right, bottom of each colour in its pixel", 3),
+    Field("vec4", "gain", "radiance that makes up for the area a colour lacks"),
+)
+LATTICE_FIELDS = (
+    Field("vec4", "cells_per_px", "2x2, cells per pixel to the right and down"),
+    Field("vec4", "px_per_cell", "2x2, its inverse"),
+    Field("float", "array_from_panel", "array height of a chief ray per panel height"),
+    Field("float", "half_aperture", "half a hole's side, or its radius, in cells"),
+    Field("float", "barrier_scale", "what a panel point is multiplied with to find its owner"),
+    Field("int", "round_holes", "1 if holes are circles"),
+    Field("int", "barriers", "1 if walls divide the panel among the cells"),
+)
+# Stands for "no edge": larger than any place in a cell, small enough to square.
+_OPEN = 1.0e9
+
+
+def viewport_values(rig: Rig) -> dict[str, Any]:
+    """For ``VIEWPORT_FIELDS``."""
+    left, right = viewport(rig, "left"), viewport(rig, "right")
+    return {
+        "panel_px": (rig.panel.width_px, rig.panel.height_px),
+        "view_px": (left.width_px, left.height_px),
+        "second_column": right.first_column,
+    }
+
+
+def subpixel_values(rig: Rig) -> dict[str, Any]:
+    """For ``SUBPIXEL_FIELDS``."""
+    emission = layout(rig.panel.subpixels)
+    return {"emitting": emission.rectangles, "gain": (*emission.gain, 0.0)}
+
+
+def lattice_values(rig: Rig, lattice: Lattice | None) -> dict[str, Any]:
+    """For ``LATTICE_FIELDS``; zeros without an array."""
+    if lattice is None:
+        return {field.name: np.zeros(4) if field.kind == "vec4" else 0 for field in LATTICE_FIELDS}
+    return {
+        "cells_per_px": cells_per_pixel(rig, lattice).ravel(),
+        "px_per_cell": pixels_per_cell(rig, lattice).ravel(),
+        "array_from_panel": bench_of(rig).array_from_panel,
+        "half_aperture": min(lattice.half_aperture, _OPEN),
+        "barrier_scale": lattice.barrier_scale,
+        "round_holes": int(lattice.round_holes),
+        "barriers": int(lattice.barriers != "none"),
+    }
+
+
+def raster_buffer(device: Device, raster: CellRaster, label: str) -> Buffer:
+    """Columns, then rows, as the shaders index them."""
+    data = np.concatenate([raster.columns, raster.rows]).astype(np.float32)
+    return Buffer(device, data, label=label)
+
+
+def lattice_rasters(
+    device: Device,
+    rig: Rig,
+    lattice: Lattice | None,
+    shift_mm: Mapping[Side, Float] | None = None,
+) -> tuple[Buffer, Buffer]:
+    """Cell coordinates of the chief rays' crossings, and of the barriers' owners."""
+    if lattice is None:
+        nothing = np.zeros((1, 4), np.float32)
+        return (
+            Buffer(device, nothing, label="no crossings"),
+            Buffer(device, nothing, label="no owners"),
+        )
+    crossings = cell_raster(rig, lattice, bench_of(rig).array_from_panel, shift_mm)
+    owners = cell_raster(rig, lattice, lattice.barrier_scale)
+    return (
+        raster_buffer(device, crossings, "crossings"),
+        raster_buffer(device, owners, "owners"),
+    )
+
+
+def vec2_rows(values: Float) -> NDArray[np.float32]:
+    """A (n, 2) table as the shaders read it."""
+    return np.ascontiguousarray(values, dtype=np.float32)

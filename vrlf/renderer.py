@@ -1,0 +1,301 @@
+"""The order of the steps for a frame, on the GPU or by the float64 twins; no maths of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Literal, Protocol, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vrlf.content.pictures import StereoSource
+from vrlf.errors import InputError
+from vrlf.gpu import Device, Texture
+from vrlf.images import resize_area
+from vrlf.model import Rig
+from vrlf.optics.fitting import Fit, FitMode, fit_picture
+from vrlf.optics.lattice import lattice_of
+from vrlf.optics.samples import MAX_POINTS
+from vrlf.optics.viewport import SIDES, viewport
+from vrlf.passes import (
+    Encode,
+    EyePicture,
+    Forward,
+    ForwardTables,
+    Perceive,
+    PerceiveTables,
+    Prepare,
+)
+from vrlf.reference.encode import encode
+from vrlf.reference.forward import forward
+from vrlf.reference.perceive import perceive
+from vrlf.reference.prepare import prepare
+
+Image = NDArray[np.float32]
+Exposure = Literal["auto", "none"]
+DEFAULT_RAYS = 256
+# A picture more than this many times larger than its place is averaged down before the GPU
+# filters it: a kernel of a thousand taps a side would serve nobody.
+_MOST_SOURCE_PX = 8.0
+
+
+class Renderer(Protocol):
+    """The steps, whoever takes them. Pictures are linear light, (H, W, 3) on the panel's raster."""
+
+    def target(self, source: StereoSource, rig: Rig, fit: FitMode = "contain") -> Image:
+        """What both eyes should perceive."""
+
+    def prefilter(self, target: Image, rig: Rig) -> Image:
+        """The panel image, by the rig's own method."""
+
+    def perceive(
+        self, panel: Image, rig: Rig, *, rays: int = DEFAULT_RAYS, exposure: Exposure = "auto"
+    ) -> Image:
+        """What both eyes see."""
+
+    def encode(self, light: Image, *, dither: bool = False) -> NDArray[np.uint8]:
+        """8-bit sRGB."""
+
+
+def exposure_factor(rig: Rig, exposure: Exposure) -> float:
+    """``auto`` makes up for the light that the array takes; ``none`` shows it as it is."""
+    lattice = lattice_of(rig)
+    if exposure == "none" or lattice is None:
+        return 1.0
+    return 1.0 / lattice.throughput
+
+
+def fitted(
+    source: StereoSource, rig: Rig, mode: FitMode
+) -> tuple[tuple[Image, Image], tuple[Fit, Fit]]:
+    """Both pictures, averaged down where they are far too large, and their places."""
+    pictures, fits = [], []
+    for side, picture in zip(SIDES, (source.left, source.right), strict=True):
+        view = viewport(rig, side)
+        height, width = picture.shape[:2]
+        fit = fit_picture((width, height), source.pixel_aspect, view, mode)
+        shrink = [max(1.0, ratio / _MOST_SOURCE_PX) for ratio in fit.source_px]
+        if max(shrink) > 1.0:
+            size = (max(1, round(width / shrink[0])), max(1, round(height / shrink[1])))
+            picture = resize_area(picture, *size)
+            aspect = source.pixel_aspect * (width / size[0]) / (height / size[1])
+            fit = fit_picture(size, aspect, view, mode)
+        pictures.append(picture)
+        fits.append(fit)
+    return (pictures[0], pictures[1]), (fits[0], fits[1])
+
+
+def checked_image(image: ArrayLike, rig: Rig, what: str) -> Image:
+    """A picture on the panel's raster as float32, or an error that says what it is instead."""
+    try:
+        array = np.asarray(image, dtype=np.float32)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{what}: found no array of numbers ({error}), wanted one") from None
+    wanted = (rig.panel.height_px, rig.panel.width_px, 3)
+    if array.shape != wanted:
+        found = "x".join(str(n) for n in array.shape) or "a single number"
+        raise InputError(
+            f"{what}: found {found}, wanted an array of {wanted[0]}x{wanted[1]}x3 "
+            "(height, width, RGB) like the rig's panel"
+        )
+    bad = int(np.count_nonzero(~np.isfinite(array)))
+    if bad:
+        raise InputError(f"{what}: found {bad} values that are no finite number, wanted none")
+    return array
+
+
+def check_rays(rays: int) -> None:
+    """Refuse a number of rays that means nothing, or that no table holds."""
+    if not 1 <= rays <= MAX_POINTS:
+        raise InputError(f"rays: found {rays}, wanted a whole number from 1 to {MAX_POINTS}")
+
+
+def check_method(rig: Rig) -> None:
+    """Refuse a prefilter that this version does not have."""
+    if rig.prefilter.method == "optimal":
+        raise InputError(
+            "prefilter.method: found 'optimal', wanted 'forward' or 'none' "
+            "(the optimal prefilter is not part of this version)"
+        )
+
+
+@dataclass
+class _Kept:
+    """Tables of the last rig, kept until another one comes."""
+
+    key: Any
+    tables: Any
+
+
+class GpuRenderer:
+    """The steps on a GPU. Owns the device unless one is given; release it or use ``with``.
+
+    What depends on the prescription alone is made when a rig is first met and kept until
+    another rig comes.
+    """
+
+    def __init__(self, device: Device | None = None) -> None:
+        self._owns_device = device is None
+        self.device = Device.headless() if device is None else device
+        self._prepare: Prepare | None = None
+        self._forward = Forward(self.device)
+        self._perceive = Perceive(self.device)
+        self._encode: Encode | None = None
+        self._kept: dict[str, _Kept] = {}
+
+    def target(self, source: StereoSource, rig: Rig, fit: FitMode = "contain") -> Image:
+        """See ``Renderer.target``."""
+        if source.panel is not None:
+            return np.clip(source.panel, 0.0, 1.0)
+        self.device.make_current()
+        if self._prepare is None:
+            self._prepare = Prepare(self.device)
+        pictures, fits = fitted(source, rig, fit)
+        with _Textures(self.device) as make:
+            eyes = [
+                EyePicture(make.holding(picture, "picture"), place)
+                for picture, place in zip(pictures, fits, strict=True)
+            ]
+            target = make.panel(rig, "target")
+            self._prepare.run(rig, (eyes[0], eyes[1]), target)
+            return _rgb(target)
+
+    def prefilter(self, target: Image, rig: Rig) -> Image:
+        """See ``Renderer.prefilter``."""
+        target = checked_image(target, rig, "target")
+        check_method(rig)
+        self.device.require_texture_size(rig.panel.width_px, rig.panel.height_px, "panel")
+        if rig.prefilter.method == "none" or rig.array.kind == "none":
+            return np.array(target, dtype=np.float32)
+        self.device.make_current()
+        tables = self._tables("forward", rig, lambda: ForwardTables(self.device, rig))
+        with _Textures(self.device) as make:
+            shown = make.panel(rig, "panel image")
+            self._forward.run(tables, make.holding(target, "target"), shown)
+            return _rgb(shown)
+
+    def perceive(
+        self, panel: Image, rig: Rig, *, rays: int = DEFAULT_RAYS, exposure: Exposure = "auto"
+    ) -> Image:
+        """See ``Renderer.perceive``."""
+        panel = checked_image(panel, rig, "panel image")
+        check_rays(rays)
+        self.device.make_current()
+        tables = self._tables(
+            "perceive", (rig, rays), lambda: PerceiveTables(self.device, rig, rays)
+        )
+        with _Textures(self.device) as make:
+            seen = make.panel(rig, "perceived image")
+            light = make.holding(panel, "panel image")
+            self._perceive.run(tables, light, seen, exposure=exposure_factor(rig, exposure))
+            return _rgb(seen)
+
+    def encode(self, light: Image, *, dither: bool = False) -> NDArray[np.uint8]:
+        """See ``Renderer.encode``."""
+        self.device.make_current()
+        if self._encode is None:
+            self._encode = Encode(self.device)
+        with _Textures(self.device) as make:
+            source = make.holding(light, "light")
+            code = make.texture(source.size_px, "u1", "codes")
+            self._encode.run(source, code, dither=dither)
+            return np.asarray(code.read()[..., :3], dtype=np.uint8)
+
+    def _tables(self, step: str, key: Any, make: Callable[[], Any]) -> Any:
+        kept = self._kept.get(step)
+        if kept is not None and kept.key == key:
+            return kept.tables
+        tables = make()
+        if kept is not None:
+            kept.tables.release()
+        self._kept[step] = _Kept(key, tables)
+        return tables
+
+    def release(self) -> None:
+        """Give everything back, the device too if it is this renderer's own."""
+        for kept in self._kept.values():
+            kept.tables.release()
+        self._kept.clear()
+        for step in (self._prepare, self._encode, self._forward, self._perceive):
+            if step is not None:
+                step.release()
+        if self._owns_device:
+            self.device.release()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.release()
+
+
+class _Textures:
+    """Textures of one step, released together whatever happens."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._made: list[Texture] = []
+
+    def texture(self, size_px: tuple[int, int], kind: str, label: str) -> Texture:
+        self._made.append(Texture(self._device, size_px, kind=kind, label=label))
+        return self._made[-1]
+
+    def panel(self, rig: Rig, label: str) -> Texture:
+        return self.texture((rig.panel.width_px, rig.panel.height_px), "f4", label)
+
+    def holding(self, image: NDArray[Any], label: str) -> Texture:
+        pixels = np.ascontiguousarray(image, dtype=np.float32)
+        self._device.require_texture_size(image.shape[1], image.shape[0], label)
+        self._made.append(Texture.from_array(self._device, pixels, label=label))
+        return self._made[-1]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for texture in self._made:
+            texture.release()
+
+
+def _rgb(texture: Texture) -> Image:
+    return np.ascontiguousarray(texture.read()[..., :3], dtype=np.float32)
+
+
+class ReferenceRenderer:
+    """The steps by the float64 twins: slow, needs no GPU."""
+
+    def target(self, source: StereoSource, rig: Rig, fit: FitMode = "contain") -> Image:
+        """See ``Renderer.target``."""
+        if source.panel is not None:
+            return np.clip(source.panel, 0.0, 1.0)
+        pictures, fits = fitted(source, rig, fit)
+        as_double = (pictures[0].astype(np.float64), pictures[1].astype(np.float64))
+        return prepare(as_double, fits, rig).astype(np.float32)
+
+    def prefilter(self, target: Image, rig: Rig) -> Image:
+        """See ``Renderer.prefilter``."""
+        target = checked_image(target, rig, "target")
+        check_method(rig)
+        if rig.prefilter.method == "none":
+            return np.array(target, dtype=np.float32)
+        return forward(target.astype(np.float64), rig).astype(np.float32)
+
+    def perceive(
+        self, panel: Image, rig: Rig, *, rays: int = DEFAULT_RAYS, exposure: Exposure = "auto"
+    ) -> Image:
+        """See ``Renderer.perceive``."""
+        panel = checked_image(panel, rig, "panel image")
+        check_rays(rays)
+        seen = perceive(panel.astype(np.float64), rig, rays)
+        return (seen * exposure_factor(rig, exposure)).astype(np.float32)
+
+    def encode(self, light: Image, *, dither: bool = False) -> NDArray[np.uint8]:
+        """See ``Renderer.encode``."""
+        return encode(light.astype(np.float64), dither=dither)
