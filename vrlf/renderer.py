@@ -147,6 +147,7 @@ class GpuRenderer:
 
     def target(self, source: StereoSource, rig: Rig, fit: FitMode = "contain") -> Image:
         """See ``Renderer.target``."""
+        self._require_size(rig)
         if source.panel is not None:
             return np.clip(source.panel, 0.0, 1.0)
         self.device.make_current()
@@ -166,7 +167,7 @@ class GpuRenderer:
         """See ``Renderer.prefilter``."""
         target = checked_image(target, rig, "target")
         check_method(rig)
-        self.device.require_texture_size(rig.panel.width_px, rig.panel.height_px, "panel")
+        self._require_size(rig)
         if rig.prefilter.method == "none" or rig.array.kind == "none":
             return np.array(target, dtype=np.float32)
         self.device.make_current()
@@ -182,6 +183,7 @@ class GpuRenderer:
         """See ``Renderer.perceive``."""
         panel = checked_image(panel, rig, "panel image")
         check_rays(rays)
+        self._require_size(rig)
         self.device.make_current()
         tables = self._tables(
             "perceive", (rig, rays), lambda: PerceiveTables(self.device, rig, rays)
@@ -202,6 +204,10 @@ class GpuRenderer:
             code = make.texture(source.size_px, "u1", "codes")
             self._encode.run(source, code, dither=dither)
             return np.asarray(code.read()[..., :3], dtype=np.uint8)
+
+    def _require_size(self, rig: Rig) -> None:
+        """Refuse a panel too large for the GPU before anything is made for it."""
+        self.device.require_texture_size(rig.panel.width_px, rig.panel.height_px, "panel")
 
     def _tables(self, step: str, key: Any, make: Callable[[], Any]) -> Any:
         kept = self._kept.get(step)

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import moderngl
 
-from vrlf.errors import DeviceError
+from vrlf.errors import DeviceError, InputError
 
 REQUIRED_GL = 430
 _OLDEST_GL = 210  # what is tried to learn how old a driver is that lacks REQUIRED_GL
@@ -107,7 +107,7 @@ class Device:
         """Refuse a size that the GPU cannot hold in one texture."""
         limit = self.info.max_texture_px
         if width_px > limit or height_px > limit:
-            raise DeviceError(
+            raise InputError(
                 f"{what}: found {width_px}x{height_px} pixels, wanted at most {limit} a side "
                 f"(the limit of {self.info.renderer})"
             )

@@ -1,0 +1,16 @@
+"""The commands.
+
+=========== ================================================================
+file        holds
+=========== ================================================================
+main        ``vrlf``: the group, and how errors become one line
+options     options that several commands share: the rig, the device
+sources     what can stand where a command wants a SOURCE
+pictures    ``prefilter``, ``perceive``, ``chart``
+facts       ``inspect``, ``rigs``, ``doctor``
+words       the text of ``inspect``
+demo        ``demo``: the whole chain on shipped content
+sheet       the demo's one picture of all of it
+benching    ``bench``
+=========== ================================================================
+"""

@@ -1,0 +1,107 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Literal, TypeVar
+
+import click
+
+from vrlf.model import DEFAULT_RIG, Rig, load_rig
+from vrlf.renderer import GpuRenderer, ReferenceRenderer, Renderer
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+DeviceName = Literal["gpu", "reference"]
+
+
+@dataclass(frozen=True)
+class RigChoice:
+    """What was said of the rig on the command line."""
+
+    name: str
+    overrides: tuple[str, ...]
+    left: str | None
+    right: str | None
+    both: str | None
+
+    def load(self) -> Rig:
+        """The rig itself."""
+        return load_rig(
+            self.name, overrides=self.overrides, left=self.left, right=self.right, both=self.both
+        )
+
+
+def rig_options(command: Command) -> Command:
+    """``-r``, ``--set``, ``--left``, ``--right`` and ``--both``; see ``rig_choice``."""
+    for option in reversed(
+        (
+            click.option(
+                "-r",
+                "--rig",
+                "rig_name",
+                default=DEFAULT_RIG,
+                show_default=True,
+                metavar="RIG",
+                help="A shipped rig's name (see 'vrlf rigs') or a .toml file.",
+            ),
+            click.option(
+                "--set",
+                "overrides",
+                multiple=True,
+                metavar="TABLE.KEY=VALUE",
+                help="Change one key of the rig, e.g. left.pupil_mm=4. Can be given again.",
+            ),
+            click.option("--left", metavar="RX", help="The left eye, e.g. '-5.00 / -1.25 x 170'."),
+            click.option("--right", metavar="RX", help="The right eye."),
+            click.option("--both", metavar="RX", help="Both eyes."),
+        )
+    ):
+        command = option(command)
+    return command
+
+
+def rig_choice(options: dict[str, Any]) -> RigChoice:
+    """Take the rig's options out of a command's keyword arguments."""
+    return RigChoice(
+        name=options.pop("rig_name"),
+        overrides=tuple(options.pop("overrides")),
+        left=options.pop("left"),
+        right=options.pop("right"),
+        both=options.pop("both"),
+    )
+
+
+device_option = click.option(
+    "--device",
+    type=click.Choice(["gpu", "reference"]),
+    default="gpu",
+    show_default=True,
+    help="The GPU, or the slow float64 reference.",
+)
+json_option = click.option(
+    "--json", "as_json", is_flag=True, help="One JSON object on standard output."
+)
+
+
+@contextmanager
+def renderer_of(device: DeviceName) -> Iterator[Renderer]:
+    """The renderer that was asked for; given back at the end."""
+    if device == "reference":
+        yield ReferenceRenderer()
+        return
+    with GpuRenderer() as renderer:
+        yield renderer
+
+
+def say(message: str) -> None:
+    """A message or progress, to standard error."""
+    print(message, file=sys.stderr, flush=True)
+
+
+def put_json(value: dict[str, Any]) -> None:
+    """One JSON object to standard output; strict JSON, so no NaN or infinity."""
+    click.echo(json.dumps(value, indent=2, allow_nan=False))

@@ -1,0 +1,107 @@
+"""What can stand where a command wants a SOURCE: a picture, the shipped scene, a chart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vrlf.app.options import say
+from vrlf.content.charts import CHART_NAMES, draw_chart
+from vrlf.content.pictures import StereoSource, join_viewports, load_stereo
+from vrlf.errors import InputError
+from vrlf.model import Rig
+from vrlf.optics.bench import bench_of
+from vrlf.optics.fitting import FitMode
+from vrlf.optics.viewport import SIDES, pitch_mm, viewport
+from vrlf.renderer import GpuRenderer, Image, Renderer
+from vrlf.scene import render_stereo
+
+SCENE = "scene"
+CHART_PREFIX = "chart:"
+
+
+@dataclass(frozen=True)
+class SourceOptions:
+    """How a picture is to be taken."""
+
+    layout: Any = "auto"
+    cross_eyed: bool = False
+    right_source: str | None = None
+    encoding: Any = "auto"
+    fit: FitMode = "contain"
+
+
+def target_of(source: str, rig: Rig, renderer: Renderer, options: SourceOptions) -> Image:
+    """The target on the panel's raster.
+
+    Parameters
+    ----------
+    source : str
+        A picture's path; ``scene``; or ``chart:NAME``. A file of that very name goes first.
+    """
+    if not Path(source).exists():
+        if source == SCENE:
+            return scene_target(rig, renderer)
+        if source.startswith(CHART_PREFIX):
+            return chart_target(source.removeprefix(CHART_PREFIX), rig)
+        if source in CHART_NAMES:
+            raise InputError(
+                f"{source}: found no such file, wanted one; the chart is chart:{source}"
+            )
+    picture = load_stereo(
+        source,
+        panel_size=(rig.panel.width_px, rig.panel.height_px),
+        layout=options.layout,
+        cross_eyed=options.cross_eyed,
+        right_path=options.right_source,
+        encoding=options.encoding,
+    )
+    how = "pixel for pixel" if picture.panel is not None else f"{picture.layout}, {options.fit}"
+    say(f"{source}: taken as {how}")
+    _say_clipped(source, picture)
+    return renderer.target(picture, rig, options.fit)
+
+
+def _say_clipped(source: str, picture: StereoSource) -> None:
+    """A panel cannot show more than its full drive; say so where a picture asks for it."""
+    beyond = sum(
+        int(np.count_nonzero((p < 0.0) | (p > 1.0))) for p in (picture.left, picture.right)
+    )
+    if beyond:
+        share = 100.0 * beyond / (picture.left.size + picture.right.size)
+        say(f"{source}: {share:.2g} % of the values lie outside 0 to 1 and are clipped")
+
+
+def scene_target(rig: Rig, renderer: Renderer) -> Image:
+    """The shipped stereo scene, drawn for this rig's eyes; always on a GPU."""
+    if isinstance(renderer, GpuRenderer):
+        eyes = render_stereo(renderer.device, rig)
+    else:
+        with GpuRenderer() as own:
+            eyes = render_stereo(own.device, rig)
+    return as_target(eyes[0], eyes[1], rig)
+
+
+def chart_target(name: str, rig: Rig) -> Image:
+    """A chart in both viewports."""
+    eyes = [draw_chart(name, **viewport_size(rig, side), eye=side).image for side in SIDES]
+    return as_target(eyes[0], eyes[1], rig)
+
+
+def viewport_size(rig: Rig, side: Any) -> dict[str, Any]:
+    """What a chart must know of a viewport."""
+    view = viewport(rig, side)
+    ppd = bench_of(rig).panel_per_slope_mm * np.pi / 180.0 / pitch_mm(rig)
+    return {
+        "width_px": view.width_px,
+        "height_px": view.height_px,
+        "pixels_per_degree": float(ppd),
+    }
+
+
+def as_target(left: Image, right: Image, rig: Rig) -> Image:
+    """Both viewports on the panel."""
+    return join_viewports(left, right, (rig.panel.width_px, rig.panel.height_px))

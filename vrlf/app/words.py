@@ -1,0 +1,105 @@
+"""What ``vrlf inspect`` says: the numbers of a rig in words that a wearer can use."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vrlf.model import Rig
+
+Numbers = dict[str, Any]
+# Reading needs about this; below it letters of a headline size are lost.
+_FINE_PX = 1.5
+
+
+def inspection(rig: Rig, numbers: Numbers) -> str:
+    """All of it, a paragraph for each part."""
+    parts = [
+        _display(rig, numbers["display"]),
+        _eye("Left eye", numbers["left"], numbers["display"]),
+        _eye("Right eye", numbers["right"], numbers["display"]),
+        _array(rig, numbers["array"]),
+    ]
+    if numbers["warnings"]:
+        parts.append("\n".join(["Take note", *(f"  - {text}" for text in numbers["warnings"])]))
+    return "\n\n".join(parts)
+
+
+def _display(rig: Rig, display: Numbers) -> str:
+    panel, image = rig.panel, display["virtual_image_mm"]
+    where = "at infinity" if image is None else _distance(image)
+    return "\n".join(
+        [
+            "Headset",
+            f"  panel           {panel.width_px} x {panel.height_px} pixels of "
+            f"{panel.pixel_pitch_um:g} um, {panel.subpixels}",
+            f"  sharpness       {display['pixels_per_degree']:.1f} pixels per degree on the axis",
+            f"  the lens shows the bare panel {where}",
+        ]
+    )
+
+
+def _distance(mm: float) -> str:
+    if mm < 0.0:
+        return f"{-mm:.0f} mm behind the eye (converging light: a relaxed good eye sees a blur)"
+    return (
+        f"{mm / 1000.0:.2f} m before the lens" if mm >= 1000.0 else f"{mm:.0f} mm before the lens"
+    )
+
+
+def _eye(name: str, eye: Numbers, display: Numbers) -> str:
+    blur_deg = eye["blur_px"] / display["pixels_per_degree"]
+    lines = [
+        name,
+        f"  error left      {prescription(eye)}  (mean {eye['mean_error_d']:+.2f} D; "
+        f"accommodates {eye['accommodation_d']:.2f} D)",
+        f"  sharp at        {_focus(eye['focus_distance_mm'])}",
+        f"  a point blurs   {eye['blur_px']:.1f} pixels wide ({eye['blur_mm']:.2f} mm on the "
+        f"panel, {blur_deg:.1f} degrees)",
+    ]
+    corrected = eye["corrected_blur_px"]
+    if corrected is not None:
+        lines.append(
+            f"  with the array  {corrected:.1f} pixels: {_verdict(eye['blur_px'], corrected)}"
+        )
+    return "\n".join(lines)
+
+
+def prescription(eye: Numbers) -> str:
+    """As it is written on paper."""
+    sphere = f"{eye['sphere_d']:+.2f}"
+    if round(eye["cylinder_d"], 2) == 0.0:
+        return f"{sphere} D"
+    return f"{sphere} / {eye['cylinder_d']:+.2f} x {eye['axis_deg']:.0f}"
+
+
+def _focus(mm: float | None) -> str:
+    return "no distance in front" if mm is None else f"{mm:.1f} mm before the headset lens"
+
+
+def _verdict(blur_px: float, corrected_px: float) -> str:
+    if blur_px <= _FINE_PX:
+        return "this eye needs no correction"
+    if corrected_px >= 0.8 * blur_px:
+        return "this array does not help this eye"
+    if corrected_px <= 2.0 * _FINE_PX:
+        return "this array can correct this eye"
+    return "this array helps, but leaves a blur"
+
+
+def _array(rig: Rig, array: Numbers) -> str:
+    if array["kind"] == "none":
+        return "Array\n  none: the bare panel"
+    kind = "holes" if array["kind"] == "pinhole" else "lenslets"
+    return "\n".join(
+        [
+            "Array",
+            f"  {kind:<15} every {rig.array.pitch_um:g} um, {array['views']:.1f} pixels, "
+            f"{array['lens_to_array_mm']:.1f} mm behind the lens",
+            f"  light left      {100.0 * array['throughput']:.1f} %",
+            f"  eyebox          {array['eyebox_mm']:.2f} mm (pupils: {rig.left.pupil_mm:g} and "
+            f"{rig.right.pupil_mm:g} mm)",
+            f"  depth of field  {array['depth_of_field_mm']:.1f} mm about the array",
+            f"  field           {array['field_of_view_deg']:.1f} degrees behind one opening",
+            f"  best hole       {array['best_pinhole_um']:.0f} um for green light",
+        ]
+    )

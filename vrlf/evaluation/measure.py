@@ -1,0 +1,75 @@
+"""RMSE and PSNR of a perceived picture, eye by eye.
+
+Both pictures are compared in linear light, peak 1, after one least-squares gain on the
+perceived one, inside a border as wide as the blur's radius plus one lenslet: further out the
+panel's edge is seen, which no prefilter can mend.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, inf, log10
+
+import numpy as np
+
+from vrlf.errors import InputError
+from vrlf.model import Rig
+from vrlf.optics import limits
+from vrlf.optics.bench import bench_of
+from vrlf.optics.eye import eye_optics
+from vrlf.optics.lattice import lattice_of
+from vrlf.optics.viewport import Side, pitch_mm, viewport
+from vrlf.renderer import Image
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """How near a perceived picture comes to the target.
+
+    Attributes
+    ----------
+    rmse, psnr_db
+        T 6.1 with its 1/N, and 10 log10(1 / rmse^2).
+    gain
+        What the perceived picture was multiplied with.
+    """
+
+    rmse: float
+    psnr_db: float
+    gain: float
+
+
+def border_px(rig: Rig, side: Side) -> int:
+    """The blur's radius plus one lenslet, in pixels."""
+    optics, lattice = eye_optics(rig, side), lattice_of(rig)
+    blur_mm = optics.pupil_mm * limits.worst_meridian(limits.blur_matrix(bench_of(rig), optics))
+    lenslet_mm = 0.0 if lattice is None else lattice.pitch_mm
+    return ceil((blur_mm / 2.0 + lenslet_mm) / pitch_mm(rig))
+
+
+def likeness(seen: Image, target: Image, rig: Rig, side: Side) -> Likeness:
+    """Compare one eye's half of a perceived picture with the target.
+
+    Parameters
+    ----------
+    seen, target : ndarray (H, W, 3)
+        Linear light on the panel's raster.
+
+    Raises
+    ------
+    InputError
+        If the border leaves nothing of the viewport.
+    """
+    view, border = viewport(rig, side), border_px(rig, side)
+    if 2 * border >= min(view.width_px, view.height_px):
+        raise InputError(
+            f"{side} eye: found a viewport of {view.width_px}x{view.height_px} pixels, wanted more "
+            f"than twice the border of {border} (blur radius and one lenslet)"
+        )
+    inner = (slice(border, view.height_px - border), slice(border, view.width_px - border))
+    a = seen[:, view.columns][inner].astype(np.float64)
+    b = target[:, view.columns][inner].astype(np.float64)
+    energy = float(np.sum(a * a))
+    gain = float(np.sum(a * b)) / energy if energy > 0.0 else 1.0
+    rmse = float(np.sqrt(np.mean((gain * a - b) ** 2)))
+    return Likeness(rmse, inf if rmse == 0.0 else -20.0 * log10(rmse), gain)
