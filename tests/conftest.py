@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from vrlf.gpu import Device
+
 # What the runner and a library change by themselves: pytest names the running
 # test; importing imgui_bundle names its own GLFW.
 _CHANGED_BY_OTHERS = frozenset({"PYTEST_CURRENT_TEST", "PYTEST_VERSION", "PYGLFW_LIBRARY"})
@@ -31,3 +33,28 @@ def _environment_guard() -> Iterator[None]:
     assert Path.cwd() == folder, f"a test left the working folder at {Path.cwd()}"
     changed = {name for name, _ in variables.items() ^ _environment().items()}
     assert not changed, f"a test left these environment variables changed: {sorted(changed)}"
+
+
+@pytest.fixture(scope="module")
+def device() -> Iterator[Device]:
+    """A GPU context without a window, one for each file of tests."""
+    with Device.headless() as made:
+        yield made
+
+
+@pytest.fixture(autouse=True)
+def _gpu_litter_guard(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Hold that each test with a ``device`` gives back all that it put there.
+
+    A test that makes a device of its own leaves that one current; the file's is taken up again.
+    """
+    if "device" not in request.fixturenames:
+        yield
+        return
+    device: Device = request.getfixturevalue("device")
+    device.make_current()
+    before = device.live_objects
+    yield
+    device.make_current()
+    assert device.live_objects == before, "the test left these on the GPU"
+    device.check("ending a test")

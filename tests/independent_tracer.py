@@ -284,7 +284,9 @@ def forward(target: Points, rig: Rig) -> Points:
             u = h - setup.relief * alpha
             X = setup.m * (alpha - aberration(setup, colour, u))
             met = np.hypot(*np.moveaxis(u - o, -1, 0)) <= setup.eye.pupil_mm / 2
-            met &= passes_walls(setup, cell, x)
+            # The chief ray that chose the lenslet runs along its converging walls.
+            if rig.array.barriers == "perpendicular":
+                met &= passes_walls(setup, cell, x)
             light = (_bilinear(setup, target, colour, X) * met).sum(-1)
             out[:, setup.columns, colour] = light / np.maximum(met.sum(-1), 1)
     return out

@@ -1,7 +1,7 @@
 """The design's optics once more, written from its page and not from the code under test.
 
-Scalars and short arrays, one ray after another, no shared helpers with ``vrlf.optics``: what
-agrees with this agrees with the equations. Rigs come from keyword tables.
+No helper is shared with ``vrlf.optics``: what agrees with this agrees with the equations. Points
+are (..., 2). Rigs come from keyword tables.
 """
 
 from __future__ import annotations
@@ -67,12 +67,12 @@ def slope_distance_mm(given: Rig) -> float:
     return e + (s_a + g) - (s_a + g) * e * power
 
 
-def wavefront_um(terms: dict[tuple[int, int], float], diameter_mm: float, u: Points) -> float:
-    """OSA/ANSI wavefront at a point of the wearer's pupil, by radius and angle."""
+def wavefront_um(terms: dict[tuple[int, int], float], diameter_mm: float, u: Points) -> Points:
+    """OSA/ANSI wavefront at points of the wearer's pupil, by radius and angle."""
     # The examiner looks at the patient: what is right to the wearer is left to them.
-    x, y = -u[0], u[1]
+    x, y = -u[..., 0], u[..., 1]
     rho, theta = np.hypot(x, y) / (diameter_mm / 2.0), np.arctan2(y, x)
-    total = 0.0
+    total = np.zeros_like(rho)
     for (n, m), value in terms.items():
         k = abs(m)
         radial = sum(
@@ -103,15 +103,16 @@ def matrix_d(eye: Eye) -> Points:
 
 
 def aberration(eye: Eye, from_centre_mm: Points) -> Points:
-    """T of a relaxed eye for the reference wavelength, at a point from the pupil's centre."""
-    slope = matrix_d(eye) @ from_centre_mm / 1000.0 + np.array(eye.prism_pd) / 100.0
+    """T of a relaxed eye at 589 nm, at points from the pupil's centre."""
+    # The matrix is symmetric: on which side of the points it stands makes no difference.
+    slope = from_centre_mm @ matrix_d(eye) / 1000.0 + np.array(eye.prism_pd) / 100.0
     if eye.zernike is not None:
         terms, diameter = dict(eye.zernike.terms), eye.zernike.diameter_mm
         # Central differences: their own error is a millionth of the slopes used here.
         for axis, step in enumerate(np.eye(2) * 1e-4):
             rise = wavefront_um(terms, diameter, from_centre_mm + step)
             rise -= wavefront_um(terms, diameter, from_centre_mm - step)
-            slope[axis] -= rise / 2e-4 / 1000.0
+            slope[..., axis] -= rise / 2e-4 / 1000.0
     return np.asarray(slope)
 
 
@@ -130,8 +131,9 @@ def cell_centre_mm(given: Rig, side: Side, y: Points) -> Points:
     from_origin = y + axis_mm(given, side) - offset
     pitch_squared = across @ across
     k = np.floor(from_origin @ across / pitch_squared + 0.5)
-    l = np.floor(from_origin @ upward / pitch_squared + 0.5)  # noqa: E741 - the design's letter
-    return np.asarray(k * across + l * upward + offset - axis_mm(given, side))
+    row = np.floor(from_origin @ upward / pitch_squared + 0.5)
+    centre = np.multiply.outer(k, across) + np.multiply.outer(row, upward)
+    return np.asarray(centre + offset - axis_mm(given, side))
 
 
 def backward(given: Rig, side: Side, X: Points, u: Points, slope: Points, bent: bool = True) -> Ray:
@@ -159,7 +161,7 @@ def chief(given: Rig, side: Side, x: Points, o: Points) -> Ray:
     return backward(given, side, (x - start) / unit * m, o, zero, bent=False)
 
 
-def inverse(given: Rig, side: Side, x: Points, c: Points) -> tuple[Points, Points]:
+def inverse(given: Rig, x: Points, c: Points) -> tuple[Points, Points]:
     """The design's inverse: the ray from x through the centre c; (u, alpha)."""
     e, power, s_a, g = lengths_mm(given)
     beta = (x - c) / g
@@ -184,7 +186,7 @@ _EYES = st.fixed_dictionaries(
         "vertex_mm": _numbers(0, 15),
         "pupil_mm": _numbers(2, 7),
         "pupil_offset_mm": _pairs(1.5),
-        "prism_pd": _pairs(3),
+        "prism_pd": _pairs(0.8),
     },
     optional={
         "zernike": st.fixed_dictionaries(

@@ -5,13 +5,13 @@ from __future__ import annotations
 import click
 from rich.console import Console
 
-from vrlf.app.options import json_option, put_json, say
+from vrlf.app.options import json_option, put_json, rays_option, say, whole_number
 from vrlf.gpu import Device
 from vrlf.model import DEFAULT_RIG
 from vrlf.studies.bench import bench_table, run_bench
 
 
-@click.command()
+@click.command(short_help="Time each step at several panel sizes.")
 @click.option(
     "-r",
     "--rig",
@@ -20,23 +20,27 @@ from vrlf.studies.bench import bench_table, run_bench
     metavar="RIG",
     help="The rig whose headset, array and eyes are timed.",
 )
-@click.option(
-    "--rays",
-    type=click.IntRange(1, 65536),
-    default=64,
-    show_default=True,
-    help="Rays for each retinal pixel in perceive.",
-)
+@rays_option(64)
 @click.option(
     "--runs",
-    type=click.IntRange(3, 1000),
+    type=whole_number(3, 1000),
     default=9,
     show_default=True,
-    help="Runs of each pass; fewer where the time would get long.",
+    metavar="N",
+    help="Runs of each step, 3 to 1000; fewer where the time would get long.",
 )
 @json_option
 def bench(rig: str, rays: int, runs: int, as_json: bool) -> None:
-    """Time each pass, both eyes, at three panel sizes, and the float64 twin at the smallest."""
+    """Time each step, both eyes, at three panel sizes, and the float64 twin at the smallest.
+
+    The steps are prepare (a picture becomes the target), forward (the target becomes the panel
+    image), perceive and encode (8 bits); 'tables ...' is what a change of eyes or rig costs.
+    Takes a minute or two.
+
+    \b
+    Example:
+      vrlf bench --rays 16 --runs 3
+    """
     with Device.headless() as device:
         report = run_bench(device, rig=rig, rays=rays, runs=runs, progress=say)
     if as_json:

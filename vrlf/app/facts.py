@@ -22,15 +22,27 @@ from vrlf.renderer import GpuRenderer
 
 _CHECK_RIG = ("panel.width_px=64", "panel.height_px=48", "headset.lens_separation_mm=2.5")
 _CHECK_RAYS = 32
+# What an error says that came up elsewhere.
+_SEE_DOCTOR = "; 'vrlf doctor' tells more"
 # What the passes promise against their float64 twins.
 _AGREEMENT = 1e-4
 
 
-@click.command()
+@click.command(short_help="Say what follows from a rig: blur, focus, light, warnings.")
 @rig_options
 @json_option
 def inspect(as_json: bool, **options: Any) -> None:
-    """Say what follows from a rig: blur, focus, what the array can correct, the light left."""
+    """Say what follows from a rig: blur, focus, what the array can correct, the light left.
+
+    For each eye: the error that is left when it looks at the bare panel through the headset's
+    lens, at what distance it sees sharp, and over how many pixels a point blurs without and
+    with the array. For the array: its limits, and how much light it lets through. Needs no GPU.
+
+    \b
+    Examples:
+      vrlf inspect --left "-5.00 / -1.25 x 170" --right "-4.50"
+      vrlf inspect -r pinhole --set array.aperture_um=100 --json
+    """
     rig = rig_choice(options).load()
     numbers = inspect_rig(rig)
     if as_json:
@@ -39,10 +51,33 @@ def inspect(as_json: bool, **options: Any) -> None:
         click.echo(inspection(rig, numbers))
 
 
-@click.command()
+@click.command(short_help="List the rigs that ship with vrlf.")
 @json_option
 def rigs(as_json: bool) -> None:
-    """List the rigs that ship with vrlf."""
+    """List the rigs that ship with vrlf.
+
+    A rig of your own is a TOML file that names one of them and what is different. Lengths are
+    in millimetres or micrometres, powers in dioptres with the signs of the prescription, as
+    the keys' names say:
+
+    \b
+      extends = "matched-microlens"
+      [panel]
+      width_px = 2532
+      height_px = 1170
+      pixel_pitch_um = 55.0
+      [headset]
+      lens_to_panel_mm = 39.0
+      [left]
+      sphere_d = -5.0
+      cylinder_d = -1.25
+      axis_deg = 170.0
+      [right]
+      sphere_d = -4.5
+
+    Save it as mine.toml, then 'vrlf inspect -r mine.toml' says what follows from it. A wrong
+    key is answered with those that there are.
+    """
     summaries = {name: rig_summary(name) for name in rig_names()}
     if as_json:
         put_json({"default": DEFAULT_RIG, "rigs": summaries})
@@ -52,7 +87,7 @@ def rigs(as_json: bool) -> None:
         click.echo(f"{name:<{width}}  {summary}")
 
 
-@click.command()
+@click.command(short_help="Say whether this GPU serves, and what to do if not.")
 @json_option
 def doctor(as_json: bool) -> int:
     """Say what GPU, driver and context there are, and what to do if they don't serve.
@@ -67,7 +102,7 @@ def doctor(as_json: bool) -> int:
         with GpuRenderer() as renderer:
             report.update(_device_report(renderer))
     except VrlfError as error:
-        report.update(ok=False, problem=str(error))
+        report.update(ok=False, problem=str(error).removesuffix(_SEE_DOCTOR))
     if as_json:
         put_json(report)
     else:
@@ -124,6 +159,11 @@ def _doctor_text(report: dict[str, Any]) -> str:
             f"{report['self_check_error']:.1e}",
         ]
     lines.append("All is well." if report["ok"] else f"Problem         {report['problem']}")
-    if not report["ok"] and sys.platform.startswith("linux"):
-        lines.append("                without a GPU, Mesa's llvmpipe does: see the README")
+    if not report["ok"]:
+        lines.append(
+            "until then      'inspect', 'rigs' and 'chart' need no GPU, and 'prefilter' and"
+        )
+        lines.append("                'perceive' none with --device reference, which is slow")
+        if sys.platform.startswith("linux"):
+            lines.append("no GPU at all?  Mesa's llvmpipe lets the CPU do its work: see the README")
     return "\n".join(lines)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from typing import Any
@@ -12,21 +13,45 @@ from vrlf import __version__
 from vrlf.app.benching import bench
 from vrlf.app.demo import demo
 from vrlf.app.facts import doctor, inspect, rigs
+from vrlf.app.options import say
 from vrlf.app.pictures import chart, perceive, prefilter
 from vrlf.errors import VrlfError
 
 _DEBUG = "VRLF_DEBUG"
-_INTERRUPTED = 130
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="""
+    \b
+    To begin with:
+      vrlf doctor                                          does this GPU serve?
+      vrlf inspect --left "-5.00 / -1.25 x 170" --right "-4.50"
+      vrlf demo -o demo-out                                the whole chain in pictures
+    \b
+    A picture of your own, through your own eyes:
+      vrlf prefilter photo.jpg --both "-4.50" -o panel.png
+      vrlf perceive panel.png --both "-4.50" -o seen.png
+
+    'vrlf rigs --help' shows how a rig file is written, 'vrlf COMMAND --help' the options.
+    Exit status: 0 done, 2 the input is wrong, 1 anything else.
+    """,
+)
 @click.version_option(__version__, prog_name="vrlf")
-def vrlf() -> None:
+@click.pass_context
+def vrlf(context: click.Context) -> None:
     """Correct a person's vision inside a VR headset by computation alone.
 
-    A rig (-r) says what panel, headset, array and eyes there are: the name of a shipped one
-    (see 'vrlf rigs') or a file. Results go to standard output, messages to standard error.
+    From a picture and a rig (panel, headset, array, both eyes), vrlf computes the image that
+    the panel must show so that the eyes see the picture sharp without glasses, and what they
+    then see.
+
+    A rig (-r) is the name of a shipped one (see 'vrlf rigs') or a file. Results go to standard
+    output, messages to standard error.
     """
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
 
 
 for _command in (demo, prefilter, perceive, inspect, doctor, rigs, chart, bench):
@@ -41,6 +66,8 @@ def main(arguments: list[str] | None = None) -> None:
 def run(arguments: list[str] | None = None) -> int:
     """Run a command; the exit status."""
     try:
+        if sys.stdout is None:
+            return _fail("standard output: found it closed, wanted an open one", 1)
         result: Any = vrlf.main(args=arguments, prog_name="vrlf", standalone_mode=False)
         sys.stdout.flush()
         return result if isinstance(result, int) else 0
@@ -48,20 +75,30 @@ def run(arguments: list[str] | None = None) -> int:
         return _fail(str(error), error.exit_code)
     except click.UsageError as error:
         where = error.ctx.command_path if error.ctx is not None else "vrlf"
-        return _fail(f"{_one_line(error.format_message())} (see '{where} --help')", 2)
+        return _fail(f"{_one_line(error.format_message()).rstrip('.')} (see '{where} --help')", 2)
     except click.ClickException as error:
         return _fail(_one_line(error.format_message()), error.exit_code)
     except (click.Abort, KeyboardInterrupt):
-        return _fail("interrupted", _INTERRUPTED)
+        return _fail("interrupted", 1)
     except BrokenPipeError:
-        # The reader of our output has left; keep Python from complaining at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_unwritable_output()  # the reader of our output has left, which is its right
         return 1
+    except MemoryError:
+        return _fail("memory: found too little, wanted more; a smaller panel needs less", 1)
     except Exception as error:
         if os.environ.get(_DEBUG):
             raise
-        what = f"{type(error).__name__}: {_one_line(str(error))}"
-        return _fail(f"unexpected {what} (set {_DEBUG}=1 for the details, and please report it)", 1)
+        return _fail(_unexpected(error), 1)
+
+
+def _unexpected(error: Exception) -> str:
+    if isinstance(error, OSError) and error.filename is None and error.strerror:
+        # All files are written by ``vrlf.files``, which says which; this is not one of them.
+        return f"standard output: found '{error.strerror}', wanted room for the result"
+    return (
+        f"unexpected {type(error).__name__}: {_one_line(str(error))} "
+        f"(set {_DEBUG}=1 for the details, and please report it)"
+    )
 
 
 def _one_line(text: str) -> str:
@@ -69,15 +106,18 @@ def _one_line(text: str) -> str:
 
 
 def _fail(message: str, status: int) -> int:
-    print(f"vrlf: {message}", file=sys.stderr)
-    if status != 2:
-        _drop_unwritable_output()
+    say(f"vrlf: {message}")
+    _drop_unwritable_output()
     return status
 
 
 def _drop_unwritable_output() -> None:
     """After a failed write nothing may be left for Python's exit to fail on again."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    for stream in (sys.stdout, sys.stderr):
+        if stream is None:
+            continue
+        try:
+            stream.flush()
+        except OSError:
+            with contextlib.suppress(OSError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
 import click
 
 from vrlf.model import DEFAULT_RIG, Rig, load_rig
+from vrlf.optics.samples import MAX_POINTS
 from vrlf.renderer import GpuRenderer, ReferenceRenderer, Renderer
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -53,11 +54,16 @@ def rig_options(command: Command) -> Command:
                 "overrides",
                 multiple=True,
                 metavar="TABLE.KEY=VALUE",
-                help="Change one key of the rig, e.g. left.pupil_mm=4. Can be given again.",
+                help="Change one key of the rig, e.g. left.pupil_mm=4. Can be given again, and "
+                "wins over all else.",
             ),
-            click.option("--left", metavar="RX", help="The left eye, e.g. '-5.00 / -1.25 x 170'."),
-            click.option("--right", metavar="RX", help="The right eye."),
-            click.option("--both", metavar="RX", help="Both eyes."),
+            click.option(
+                "--left",
+                metavar="RX",
+                help="The left eye's prescription as on paper, e.g. '-5.00 / -1.25 x 170'.",
+            ),
+            click.option("--right", metavar="RX", help="The right eye's."),
+            click.option("--both", metavar="RX", help="One for both eyes, e.g. -4.5 or plano."),
         )
     ):
         command = option(command)
@@ -75,19 +81,48 @@ def rig_choice(options: dict[str, Any]) -> RigChoice:
     )
 
 
+def whole_number(least: int, most: int) -> Callable[[str | int], int]:
+    """What click turns an option's text into a number of a range with."""
+
+    def convert(text: str | int) -> int:
+        try:
+            number = int(text)
+        except ValueError:
+            number = least - 1
+        if not least <= number <= most:
+            raise click.BadParameter(
+                f"found {str(text)[:40]!r}, wanted a whole number from {least} to {most}"
+            )
+        return number
+
+    return convert
+
+
+def rays_option(default: int) -> Callable[[Command], Command]:
+    """``--rays``."""
+    return click.option(
+        "--rays",
+        type=whole_number(1, MAX_POINTS),
+        default=default,
+        show_default=True,
+        metavar="N",
+        help=f"Rays for each retinal pixel, at most {MAX_POINTS}: more are slower and less noisy.",
+    )
+
+
 device_option = click.option(
     "--device",
     type=click.Choice(["gpu", "reference"]),
     default="gpu",
     show_default=True,
-    help="The GPU, or the slow float64 reference.",
+    help="The GPU, or the slow float64 reference on the CPU, which needs none.",
 )
 json_option = click.option(
-    "--json", "as_json", is_flag=True, help="One JSON object on standard output."
+    "--json", "as_json", is_flag=True, help="Say the result as one JSON object instead of text."
 )
 
 
-@contextmanager
+@contextlib.contextmanager
 def renderer_of(device: DeviceName) -> Iterator[Renderer]:
     """The renderer that was asked for; given back at the end."""
     if device == "reference":
@@ -98,8 +133,10 @@ def renderer_of(device: DeviceName) -> Iterator[Renderer]:
 
 
 def say(message: str) -> None:
-    """A message or progress, to standard error."""
-    print(message, file=sys.stderr, flush=True)
+    """A message or progress, to standard error; one that cannot be said is no reason to stop."""
+    if sys.stderr is not None:  # print would take None for standard output
+        with contextlib.suppress(OSError):
+            print(message, file=sys.stderr, flush=True)
 
 
 def put_json(value: dict[str, Any]) -> None:

@@ -12,36 +12,74 @@ from vrlf.app.options import (
     device_option,
     json_option,
     put_json,
+    rays_option,
     renderer_of,
     rig_choice,
     rig_options,
     say,
 )
-from vrlf.app.sources import SourceOptions, as_target, target_of, viewport_size
+from vrlf.app.sources import (
+    SourceOptions,
+    as_target,
+    require_picture_size,
+    target_of,
+    viewport_size,
+)
 from vrlf.content.charts import draw_chart
 from vrlf.errors import InputError
+from vrlf.files import shown
 from vrlf.images import check_picture_target, read_picture, write_encoded, write_picture
 from vrlf.model import Rig
-from vrlf.optics.samples import MAX_POINTS
 from vrlf.optics.viewport import SIDES
-from vrlf.renderer import DEFAULT_RAYS, Image, Renderer
+from vrlf.renderer import DEFAULT_RAYS, Image, Renderer, check_method
 
 _LAYOUTS = ["auto", "mono", "side-by-side", "half-side-by-side", "over-under", "half-over-under"]
 _LOSSY = (".jpg", ".jpeg")
+_DEEP = (".png", ".tif", ".tiff", ".exr")
 
 output_option = click.option(
-    "-o", "--output", required=True, metavar="FILE", help="Where it is written (.png, .exr, ...)."
+    "-o",
+    "--output",
+    required=True,
+    metavar="FILE",
+    help="Where it is written: sRGB in .png .tif .jpg .webp .bmp, linear floats in .exr.",
+)
+encoding_option = click.option(
+    "--encoding",
+    type=click.Choice(["auto", "srgb", "linear"]),
+    default="auto",
+    show_default=True,
+    help="What the file's numbers mean. auto: EXR, HDR and floats are linear, the rest is sRGB.",
 )
 bits_option = click.option(
     "--bits",
     type=click.Choice(["8", "16"]),
     default="8",
     show_default=True,
-    help="Bits a channel of PNG and TIFF files.",
+    help="Bits a channel; 16 in PNG and TIFF only, an EXR has floats anyway.",
 )
 dither_option = click.option(
-    "--dither", is_flag=True, help="Spread the rounding of 8 bits as fine, fixed noise."
+    "--dither",
+    is_flag=True,
+    help="Spread the rounding to 8 bits as fine noise, the same each time.",
 )
+
+
+def check_outputs(paths: list[str], rig: Rig, bits: str) -> None:
+    """Refuse what cannot be written, before any work is done for it."""
+    require_picture_size(rig)
+    targets = [check_picture_target(path) for path in paths]
+    if len(set(targets)) < len(targets):
+        raise InputError(
+            f"--target: found {shown(paths[1])}, the same file as --output, wanted another one"
+        )
+    for path in paths:
+        ending = Path(path).suffix.lower()
+        if bits == "16" and ending not in _DEEP:
+            raise InputError(
+                f"--bits: found 16 for the ending '{ending}' of {shown(path)}, "
+                f"wanted 8, or one of {' '.join(_DEEP)}"
+            )
 
 
 def write_result(path: str, light: Image, renderer: Renderer, *, bits: str, dither: bool) -> None:
@@ -53,10 +91,12 @@ def write_result(path: str, light: Image, renderer: Renderer, *, bits: str, dith
         write_picture(path, light, bits=16)
     else:
         write_encoded(path, renderer.encode(light, dither=dither))
-    say(f"wrote {path}")
+    if dither and (ending == ".exr" or bits == "16"):
+        say(f"{shown(path)}: not dithered, for that is for 8 bits")
+    say(f"wrote {shown(path)}")
 
 
-@click.command()
+@click.command(short_help="Write the panel image that shows a picture sharp to given eyes.")
 @click.argument("source")
 @rig_options
 @output_option
@@ -65,25 +105,30 @@ def write_result(path: str, light: Image, renderer: Renderer, *, bits: str, dith
     type=click.Choice(_LAYOUTS),
     default="auto",
     show_default=True,
-    help="How a stereo picture lies in its file.",
+    help="How a stereo picture lies in its file; half-...: each eye's is squeezed to half its "
+    "width or height. auto goes by size, name (_sbs, _hsbs, _lr, _ou, _tb, _hou, _htb, .jps) and "
+    "shape: wider than 2.4 to 1 is side-by-side, all else mono.",
 )
 @click.option("--cross-eyed", is_flag=True, help="The right eye's picture comes first.")
-@click.option("--right-source", metavar="FILE", help="A file of its own for the right eye.")
+@click.option(
+    "--right-source",
+    metavar="FILE",
+    help="A picture of its own for the right eye; SOURCE is then the left eye's.",
+)
 @click.option(
     "--fit",
     type=click.Choice(["contain", "cover"]),
     default="contain",
     show_default=True,
-    help="All of the picture, or all of the viewport.",
+    help="contain shows all of the picture, cover fills all of the eye's view and cuts the rest.",
 )
+@encoding_option
 @click.option(
-    "--encoding",
-    type=click.Choice(["auto", "srgb", "linear"]),
-    default="auto",
-    show_default=True,
-    help="auto: EXR and float files are linear, the rest is sRGB.",
+    "--target",
+    "target_file",
+    metavar="FILE",
+    help="Also write the target: SOURCE as both eyes should see it, on the panel's pixels.",
 )
-@click.option("--target", "target_file", metavar="FILE", help="Write the fitted target as well.")
 @bits_option
 @dither_option
 @device_option
@@ -100,16 +145,22 @@ def prefilter(
 ) -> None:
     """Write the panel image that shows SOURCE sharp to this rig's eyes.
 
-    SOURCE is a picture for both eyes, a stereo picture in any format that OpenImageIO reads,
-    'scene' (the shipped stereo scene) or 'chart:NAME'. One of exactly the panel's size is
-    taken pixel for pixel, left half to the left eye.
+    SOURCE is a picture for both eyes or a stereo picture (PNG, JPEG, EXR, TIFF, WebP, HDR ...),
+    'scene' (the shipped stereo scene) or 'chart:NAME' (see 'vrlf chart --help'). A picture of
+    exactly the panel's size is taken pixel for pixel, left half to the left eye. How it is
+    computed is the rig's own affair: --set prefilter.method=forward, or none for comparison.
+
+    \b
+    Examples:
+      vrlf prefilter photo.jpg --left "-5.00 / -1.25 x 170" --right "-4.50" -o panel.png
+      vrlf prefilter film_sbs.png -r mine.toml --fit cover -o panel.exr --target target.exr
+      vrlf prefilter chart:logmar -r pinhole -o panel.png --json
     """
     rig = rig_choice(options).load()
-    outputs = [output] if target_file is None else [output, target_file]
-    for path in outputs:
-        check_picture_target(path)
+    check_method(rig)
+    check_outputs([output] if target_file is None else [output, target_file], rig, bits)
     if Path(output).suffix.lower() in _LOSSY:
-        say(f"{output}: JPEG alters single pixels; a panel image wants .png or .exr")
+        say(f"{shown(output)}: JPEG alters single pixels; a panel image wants .png or .exr")
     with renderer_of(device) as renderer:
         target = target_of(source, rig, renderer, SourceOptions(**options))
         panel = renderer.prefilter(target, rig)
@@ -120,31 +171,19 @@ def prefilter(
         put_json(_written(output, rig, method=rig.prefilter.method, target=target_file))
 
 
-@click.command()
+@click.command(short_help="Write what both eyes see of a panel image.")
 @click.argument("panel")
 @rig_options
 @output_option
-@click.option(
-    "--rays",
-    type=click.IntRange(1, MAX_POINTS),
-    default=DEFAULT_RAYS,
-    show_default=True,
-    help="Rays let through for each retinal pixel.",
-)
+@rays_option(DEFAULT_RAYS)
 @click.option(
     "--exposure",
     type=click.Choice(["auto", "none"]),
     default="auto",
     show_default=True,
-    help="auto divides by the array's throughput.",
+    help="auto makes up for the light that the array takes, none shows it as dim as it is.",
 )
-@click.option(
-    "--encoding",
-    type=click.Choice(["auto", "srgb", "linear"]),
-    default="auto",
-    show_default=True,
-    help="auto: EXR and float files are linear, the rest is sRGB.",
-)
+@encoding_option
 @bits_option
 @dither_option
 @device_option
@@ -161,9 +200,18 @@ def perceive(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Write what both eyes see of the panel image PANEL, side by side in the panel's size."""
+    """Write what both eyes see of the panel image PANEL, side by side in the panel's size.
+
+    PANEL has exactly the size of the rig's panel; 'vrlf prefilter' writes one. Give the rig
+    and the eyes that it was made for, or others to see what those get of it.
+
+    \b
+    Examples:
+      vrlf perceive panel.png -r mine.toml -o seen.png
+      vrlf perceive target.png -r mine.toml --set array.kind=none -o without-correction.png
+    """
     rig = rig_choice(options).load()
-    check_picture_target(output)
+    check_outputs([output], rig, bits)
     shown = read_picture(panel, encoding=encoding)
     _require_panel_size(shown, rig, panel)
     with renderer_of(device) as renderer:
@@ -177,7 +225,7 @@ def _require_panel_size(picture: Image, rig: Rig, path: str) -> None:
     height, width = picture.shape[:2]
     if (width, height) != (rig.panel.width_px, rig.panel.height_px):
         raise InputError(
-            f"{path}: found {width}x{height} pixels, wanted {rig.panel.width_px}x"
+            f"{shown(path)}: found {width}x{height} pixels, wanted {rig.panel.width_px}x"
             f"{rig.panel.height_px} like the rig's panel"
         )
 
@@ -187,7 +235,7 @@ def _written(path: str, rig: Rig, **more: Any) -> dict[str, Any]:
     return {"output": path, **size, **more}
 
 
-@click.command()
+@click.command(short_help="Write a test chart at the panel's exact pixels.")
 @click.argument("name", metavar="NAME")
 @rig_options
 @output_option
@@ -195,14 +243,27 @@ def _written(path: str, rig: Rig, **more: Any) -> dict[str, Any]:
 def chart(name: str, output: str, as_json: bool, **options: Any) -> None:
     """Write the chart NAME at the panel's exact pixels, for both eyes.
 
-    NAME is one of logmar, usaf1951, siemens, grid, points, marks. What its lines mean for
-    this rig goes to standard output.
+    \b
+    NAME is one of
+      logmar    letters, a line smaller than the last, for visual acuity
+      usaf1951  groups of three bars, finer and finer
+      siemens   a star of spokes
+      grid      lines about a degree apart and a circle, for distortion
+      points    single pixels, for the shape of the blur
+      marks     which half is which eye's, and which way is up
+
+    What its lines mean for this rig goes to standard output. The file is a target: 'vrlf
+    prefilter' makes the panel image of it, which 'vrlf prefilter chart:NAME' does in one step.
+
+    \b
+    Example:
+      vrlf chart logmar -r mine.toml -o logmar.png
     """
     rig = rig_choice(options).load()
-    check_picture_target(output)
+    check_outputs([output], rig, bits="8")
     charts = [draw_chart(name, **viewport_size(rig, side), eye=side) for side in SIDES]
     write_picture(output, as_target(charts[0].image, charts[1].image, rig))
-    say(f"wrote {output}")
+    say(f"wrote {shown(output)}")
     notes = list(charts[0].notes)
     if as_json:
         lines = [asdict(line) for line in charts[0].lines]

@@ -12,6 +12,7 @@ from vrlf.app.options import say
 from vrlf.content.charts import CHART_NAMES, draw_chart
 from vrlf.content.pictures import StereoSource, join_viewports, load_stereo
 from vrlf.errors import InputError
+from vrlf.files import shown
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
 from vrlf.optics.fitting import FitMode
@@ -21,6 +22,9 @@ from vrlf.scene import render_stereo
 
 SCENE = "scene"
 CHART_PREFIX = "chart:"
+# What a picture file here can have at most, so that it can be written and read again.
+_MOST_SIDE_PX = 16384
+_MOST_PX = 2**29 // 3
 
 
 @dataclass(frozen=True)
@@ -42,14 +46,14 @@ def target_of(source: str, rig: Rig, renderer: Renderer, options: SourceOptions)
     source : str
         A picture's path; ``scene``; or ``chart:NAME``. A file of that very name goes first.
     """
-    if not Path(source).exists():
+    if not _is_there(source):
         if source == SCENE:
             return scene_target(rig, renderer)
         if source.startswith(CHART_PREFIX):
             return chart_target(source.removeprefix(CHART_PREFIX), rig)
         if source in CHART_NAMES:
             raise InputError(
-                f"{source}: found no such file, wanted one; the chart is chart:{source}"
+                f"{shown(source)}: found no such file, wanted one; the chart is chart:{source}"
             )
     picture = load_stereo(
         source,
@@ -60,9 +64,26 @@ def target_of(source: str, rig: Rig, renderer: Renderer, options: SourceOptions)
         encoding=options.encoding,
     )
     how = "pixel for pixel" if picture.panel is not None else f"{picture.layout}, {options.fit}"
-    say(f"{source}: taken as {how}")
+    say(f"{shown(source)}: taken as {how}")
     _say_clipped(source, picture)
     return renderer.target(picture, rig, options.fit)
+
+
+def _is_there(path: str) -> bool:
+    try:
+        return Path(path).exists()
+    except (OSError, ValueError):  # too long for a name, or with a NUL: reading it says so
+        return False
+
+
+def require_picture_size(rig: Rig) -> None:
+    """Refuse a panel too large for a picture file, before anything is made for it."""
+    width, height = rig.panel.width_px, rig.panel.height_px
+    if max(width, height) > _MOST_SIDE_PX or width * height > _MOST_PX:
+        raise InputError(
+            f"panel: found {width}x{height} pixels, wanted at most {_MOST_SIDE_PX} a side and "
+            f"{_MOST_PX // 10**6} million in all"
+        )
 
 
 def _say_clipped(source: str, picture: StereoSource) -> None:
@@ -72,7 +93,7 @@ def _say_clipped(source: str, picture: StereoSource) -> None:
     )
     if beyond:
         share = 100.0 * beyond / (picture.left.size + picture.right.size)
-        say(f"{source}: {share:.2g} % of the values lie outside 0 to 1 and are clipped")
+        say(f"{shown(source)}: {share:.2g} % of the values lie outside 0 to 1 and are clipped")
 
 
 def scene_target(rig: Rig, renderer: Renderer) -> Image:

@@ -20,17 +20,22 @@ from __future__ import annotations
 from vrlf.gpu.blocks import Block, Field, Struct
 from vrlf.gpu.compute import ComputePass
 from vrlf.gpu.device import Device, DeviceInfo
+from vrlf.gpu.draw import Canvas, DrawPass, Mesh
+from vrlf.gpu.draw import Canvas, DrawPass, Mesh
 from vrlf.gpu.memory import Buffer, Texture
 from vrlf.gpu.timing import GpuTimer
 
 __all__ = [
     "Block",
     "Buffer",
+    "Canvas",
     "ComputePass",
     "Device",
     "DeviceInfo",
+    "DrawPass",
     "Field",
     "GpuTimer",
+    "Mesh",
     "Struct",
     "Texture",
 ]

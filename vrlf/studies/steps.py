@@ -1,0 +1,208 @@
+"""What ``vrlf bench`` times: the passes on the GPU, the making of their tables, the twins."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from typing import Final, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vrlf.gpu import Device, GpuTimer, Texture
+from vrlf.model import Rig
+from vrlf.optics.fitting import Fit, fit_picture
+from vrlf.optics.viewport import SIDES, viewport
+from vrlf.passes import (
+    Encode,
+    EyePicture,
+    Forward,
+    ForwardTables,
+    Perceive,
+    PerceiveTables,
+    Prepare,
+)
+from vrlf.reference.encode import encode
+from vrlf.reference.forward import forward
+from vrlf.reference.perceive import perceive
+from vrlf.reference.prepare import prepare
+
+Image = NDArray[np.float32]
+
+# The twin takes a second a ray; the GPU is timed at as few beside it, so that like meets like.
+TWIN_RAYS: Final = 2
+# A twin's name is that of its step with this before it.
+TWIN: Final = "float64 "
+_FEW_RAYS = f"perceive ({TWIN_RAYS} rays)"
+
+Clock = Callable[[Callable[[], object]], float]
+
+
+@dataclass(frozen=True)
+class Step:
+    """Something to be timed, and the clock (in ms) that it is timed with."""
+
+    name: str
+    clock: Clock
+    work: Callable[[], object]
+    rays: int | None = None
+
+    def once_ms(self) -> float:
+        """Do it once."""
+        return self.clock(self.work)
+
+
+def _wall_ms(work: Callable[[], object]) -> float:
+    started = time.perf_counter()
+    work()
+    return 1e3 * (time.perf_counter() - started)
+
+
+def _gpu_clock(device: Device) -> Clock:
+    timer = GpuTimer(device)
+
+    def gpu_ms(work: Callable[[], object]) -> float:
+        with timer.measure():
+            work()
+        return timer.milliseconds
+
+    return gpu_ms
+
+
+class _Releasable(Protocol):
+    def release(self) -> None: ...
+
+
+_Owned = TypeVar("_Owned", bound=_Releasable)
+
+
+def _kept(by: ExitStack, item: _Owned) -> _Owned:
+    """``item``, released when ``by`` closes."""
+    by.callback(item.release)
+    return item
+
+
+@dataclass(frozen=True)
+class Passes:
+    """One of each, for all panels."""
+
+    device: Device
+    clock: Clock
+    prepare: Prepare
+    forward: Forward
+    perceive: Perceive
+    encode: Encode
+
+
+def passes_of(device: Device, by: ExitStack) -> Passes:
+    """All passes, released when ``by`` closes."""
+    return Passes(
+        device,
+        _gpu_clock(device),
+        _kept(by, Prepare(device)),
+        _kept(by, Forward(device)),
+        _kept(by, Perceive(device)),
+        _kept(by, Encode(device)),
+    )
+
+
+def gpu_steps(passes: Passes, rig: Rig, ray_counts: Sequence[int], by: ExitStack) -> list[Step]:
+    """The passes in a frame's order, each on what the one before has left, then the tables.
+
+    ``ray_counts`` holds the rays of ``perceive`` and, beside a twin, ``TWIN_RAYS``. Textures and
+    tables are released when ``by`` closes.
+    """
+    device, clock, size_px = passes.device, passes.clock, (rig.panel.width_px, rig.panel.height_px)
+    labels = ("target", "panel image", "perceived image")
+    target, shown, seen = (_kept(by, Texture(device, size_px, label=label)) for label in labels)
+    code = _kept(by, Texture(device, size_px, kind="u1", label="codes"))
+    eyes = _pictures_on_gpu(device, rig, by)
+    steps = [Step("prepare", clock, partial(passes.prepare.run, rig, eyes, target))]
+    if _has_forward(rig):
+        tables = _kept(by, ForwardTables(device, rig))
+        steps.append(Step("forward", clock, partial(passes.forward.run, tables, target, shown)))
+    light = shown if _has_forward(rig) else target
+    for count, name in zip(ray_counts, ("perceive", _FEW_RAYS), strict=False):
+        rays = _kept(by, PerceiveTables(device, rig, count))
+        work = partial(passes.perceive.run, rays, light, seen)
+        steps.append(Step(name, clock, work, count))
+    steps.append(Step("encode", clock, partial(passes.encode.run, seen, code)))
+    return steps + _table_steps(device, rig, ray_counts[0])
+
+
+def _has_forward(rig: Rig) -> bool:
+    return rig.array.kind != "none"
+
+
+def _table_steps(device: Device, rig: Rig, rays: int) -> list[Step]:
+    """What a change of prescription costs: tables made, on the GPU, and given back."""
+
+    def remake(make: Callable[[], _Releasable]) -> None:
+        tables = make()
+        device.finish()
+        tables.release()
+
+    steps = []
+    if _has_forward(rig):
+        work = partial(remake, partial(ForwardTables, device, rig))
+        steps.append(Step("tables forward", _wall_ms, work))
+    work = partial(remake, partial(PerceiveTables, device, rig, rays))
+    return [*steps, Step("tables perceive", _wall_ms, work, rays)]
+
+
+def _pictures(rig: Rig) -> tuple[tuple[Image, Image], tuple[Fit, Fit]]:
+    """A picture of the viewport's size for each eye, and its place."""
+    views = [viewport(rig, side) for side in SIDES]
+    left, right = (
+        noise_picture(view.width_px, view.height_px, seed) for seed, view in enumerate(views)
+    )
+    fits = [fit_picture((view.width_px, view.height_px), 1.0, view) for view in views]
+    return (left, right), (fits[0], fits[1])
+
+
+def _pictures_on_gpu(device: Device, rig: Rig, by: ExitStack) -> tuple[EyePicture, EyePicture]:
+    left, right = (
+        EyePicture(_kept(by, Texture.from_array(device, picture, label="picture")), fit)
+        for picture, fit in zip(*_pictures(rig), strict=True)
+    )
+    return left, right
+
+
+def twin_steps(rig: Rig) -> list[Step]:
+    """The float64 twins; behind the first, the panel itself is noise."""
+    (left, right), fits = _pictures(rig)
+    pictures = (left.astype(np.float64), right.astype(np.float64))
+    panel = noise_picture(rig.panel.width_px, rig.panel.height_px, 2).astype(np.float64)
+    steps = [Step(TWIN + "prepare", _wall_ms, partial(prepare, pictures, fits, rig))]
+    if _has_forward(rig):
+        steps.append(Step(TWIN + "forward", _wall_ms, partial(forward, panel, rig)))
+    few = partial(perceive, panel, rig, TWIN_RAYS)
+    return [
+        *steps,
+        Step(TWIN + _FEW_RAYS, _wall_ms, few, TWIN_RAYS),
+        Step(TWIN + "encode", _wall_ms, partial(encode, panel)),
+    ]
+
+
+def noise_picture(width_px: int, height_px: int, seed: int) -> Image:
+    """Noise whose amplitude falls as 1/f like that of natural scenes (Field 1987).
+
+    Returns
+    -------
+    ndarray of float32, shape (height_px, width_px, 3)
+        Linear light in [0, 1], mean about 1/2; the same for the same seed.
+    """
+    rng = np.random.default_rng(seed)
+    rows, columns = np.fft.fftfreq(height_px)[:, None], np.fft.rfftfreq(width_px)
+    frequency = np.hypot(rows, columns).astype(np.float32)
+    frequency[0, 0] = np.inf  # no mean: it is put in below
+    picture = np.empty((height_px, width_px, 3), np.float32)
+    for channel in range(3):
+        white = rng.standard_normal((height_px, width_px), dtype=np.float32)
+        noise = np.fft.irfft2(np.fft.rfft2(white) / frequency, s=white.shape)
+        # Five in a hundred values lie beyond two deviations and are clipped.
+        picture[..., channel] = 0.5 + 0.25 * noise / max(float(noise.std()), 1e-12)
+    return np.clip(picture, 0.0, 1.0)
