@@ -25,6 +25,7 @@ layout(std430, binding = 4) readonly buffer Bins { int bin_starts[]; };
 
 #include "include/viewport.glsl"
 #include "include/subpixels.glsl"
+#include "include/panel_light.glsl"
 #include "include/lattice.glsl"
 #include "include/rays.glsl"
 

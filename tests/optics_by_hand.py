@@ -11,6 +11,7 @@ from math import cos, factorial, radians, sin, sqrt
 from typing import Any
 
 import numpy as np
+from hypothesis import settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -20,6 +21,9 @@ from vrlf.optics.viewport import Side
 Points = NDArray[np.float64]
 
 PITCH_MM = 0.078
+
+# A busy machine is no reason for a property to fail.
+unhurried = settings(deadline=None)
 
 
 def rig(**tables: dict[str, Any]) -> Rig:

@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given
-from optics_by_hand import axis_mm, lengths_mm, points_mm, rig, rigs, sides, slope_distance_mm
+from optics_by_hand import (
+    axis_mm,
+    lengths_mm,
+    points_mm,
+    rig,
+    rigs,
+    sides,
+    slope_distance_mm,
+    unhurried,
+)
 
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
@@ -114,6 +123,7 @@ def test_no_lens_at_all() -> None:
     assert bench.defocus_factor == 1.0
 
 
+@unhurried
 @given(rigs(("microlens", "pinhole", "none")))
 def test_all_distances_by_hand(given_rig: Rig) -> None:
     bench = bench_of(given_rig)
@@ -128,6 +138,7 @@ def test_all_distances_by_hand(given_rig: Rig) -> None:
     assert bench.array_defocus_factor == near(1.0 - s_a * power, abs=1e-12)
 
 
+@unhurried
 @given(rigs(("none",)), sides, points_mm(1.0))
 def test_spread_of_one_retinal_point_on_the_bare_panel(
     given_rig: Rig, side: Side, from_centre: np.ndarray
@@ -151,6 +162,7 @@ def test_spread_of_one_retinal_point_on_the_bare_panel(
     assert e >= 0.0
 
 
+@unhurried
 @given(rigs(), sides)
 def test_axes_of_the_eyes(given_rig: Rig, side: Side) -> None:
     assert viewport(given_rig, side).axis_mm == pytest.approx(axis_mm(given_rig, side))

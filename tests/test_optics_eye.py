@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from optics_by_hand import aberration, points_mm, rig, rigs, sides
+from optics_by_hand import (
+    aberration,
+    points_mm,
+    rig,
+    rigs,
+    sides,
+    unhurried,
+)
 
 from vrlf.model import Rig
 from vrlf.optics.eye import (
@@ -134,6 +141,7 @@ def test_each_side_has_its_own_eye() -> None:
     assert eye_optics(both, "right").pupil_offset_mm == (0.4, -0.2)
 
 
+@unhurried
 @given(rigs(), sides, points_mm(3.0))
 def test_aberration_by_hand(given_rig: Rig, side: Side, u: np.ndarray) -> None:
     optics = eye_optics(given_rig, side)
@@ -142,6 +150,7 @@ def test_aberration_by_hand(given_rig: Rig, side: Side, u: np.ndarray) -> None:
     assert aberration_at(optics.aberration[0], u) == pytest.approx(aberration(eye, u), abs=1e-8)
 
 
+@unhurried
 @given(st.floats(0.0, 5.0), st.floats(0.0, 5.0))
 def test_best_leaves_the_least_mean_error(sphere_d: float, cylinder_d: float) -> None:
     """Within the amplitude nothing is left; beyond it what the amplitude lacks."""

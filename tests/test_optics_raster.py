@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from optics_by_hand import PITCH_MM, cell_centre_mm, points_mm, rig, rigs, sides
+from optics_by_hand import (
+    PITCH_MM,
+    cell_centre_mm,
+    points_mm,
+    rig,
+    rigs,
+    sides,
+    unhurried,
+)
 
 from vrlf.errors import InputError
 from vrlf.model import SUBPIXEL_LAYOUTS, Rig
@@ -63,6 +71,7 @@ def test_panel_points_are_relative_to_the_axis() -> None:
     assert points["left"][4, 2] == pytest.approx([-PITCH_MM + 0.2, -2 * PITCH_MM - 0.05])
 
 
+@unhurried
 @given(st.integers(2, 41), st.integers(2, 41), sides, st.floats(0.0, 9.0), st.floats(-3.0, 3.0))
 def test_axis_in_the_viewports_own_raster(
     width: int, height: int, side: Side, separation_mm: float, height_mm: float
@@ -99,6 +108,7 @@ def test_lattice_turns_anticlockwise_then_moves() -> None:
     assert lattice.panel_from_cell @ [1.0, 0.0] + lattice.origin_mm == pytest.approx(right)
 
 
+@unhurried
 @given(rigs(), sides, points_mm(20.0))
 def test_cells_by_hand(given_rig: Rig, side: Side, y: np.ndarray) -> None:
     lattice = lattice_of(given_rig)
@@ -153,6 +163,7 @@ def test_throughput() -> None:
     assert lattice_of(rig()) is None
 
 
+@unhurried
 @given(
     rigs(),
     st.integers(2, 33),

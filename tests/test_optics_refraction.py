@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from optics_by_hand import matrix_d, rig
+from optics_by_hand import matrix_d, rig, unhurried
 
 from vrlf.model import Eye
 from vrlf.optics import frames, polynomial
@@ -77,6 +77,7 @@ def test_cylinder_axis_of_45_lies_along_minus_1_plus_1_for_the_wearer() -> None:
     assert matrix @ [1.0, 1.0] == pytest.approx(np.array([-3.0, -3.0]), abs=ROUNDING)
 
 
+@unhurried
 @given(spheres, cylinders, axes, st.floats(0.0, 15.0))
 def test_wearer_matrix_from_principal_meridians(
     sphere_d: float, cylinder_d: float, axis_deg: float, vertex_mm: float
@@ -85,6 +86,7 @@ def test_wearer_matrix_from_principal_meridians(
     assert refraction_matrix_d(eye) == pytest.approx(matrix_d(eye), abs=1e-11)
 
 
+@unhurried
 @given(spheres, cylinders, axes, st.floats(0.0, 15.0))
 def test_transposition_changes_nothing(
     sphere_d: float, cylinder_d: float, axis_deg: float, vertex_mm: float
@@ -123,6 +125,7 @@ def test_vertex_distance_meridian_by_meridian() -> None:
     assert at_eye.axis_deg == 20.0
 
 
+@unhurried
 @given(spheres, st.floats(-6.0, -0.01), axes)
 def test_round_trip(sphere_d: float, cylinder_d: float, axis_deg: float) -> None:
     matrix = frames.swap_matrix_view(
@@ -138,6 +141,7 @@ def test_round_trip(sphere_d: float, cylinder_d: float, axis_deg: float) -> None
     assert abs(np.angle(np.exp(1j * turn))) < 1e-9
 
 
+@unhurried
 @given(st.lists(st.floats(-30.0, 30.0), min_size=3, max_size=3))
 def test_every_symmetric_matrix_has_a_minus_cylinder_form(entries: list[float]) -> None:
     a, b, c = entries

@@ -16,6 +16,7 @@ from optics_by_hand import (
     rigs,
     sides,
     slope_distance_mm,
+    unhurried,
 )
 
 from vrlf.model import Rig
@@ -54,6 +55,7 @@ def away_from_borders(given_rig: Rig, side: Side, y: np.ndarray) -> np.ndarray:
     return np.asarray(t)
 
 
+@unhurried
 @given(rigs(), sides, points_mm(8.0))
 def test_reduced_rays_are_the_backward_rays(given_rig: Rig, side: Side, X: np.ndarray) -> None:
     """y = a X + phi(u), x = X + psi(u) - (g / f) (y - c), for every pupil point."""
@@ -77,6 +79,7 @@ def test_reduced_rays_are_the_backward_rays(given_rig: Rig, side: Side, X: np.nd
         assert x == pytest.approx(ray.panel_mm, abs=BY_DIFFERENCES_MM * (1.0 + lattice.bend))
 
 
+@unhurried
 @given(rigs(("none",)), sides, points_mm(8.0))
 def test_reduced_rays_of_a_bare_panel(given_rig: Rig, side: Side, X: np.ndarray) -> None:
     optics = eye_optics(given_rig, side)
@@ -90,6 +93,7 @@ def test_reduced_rays_of_a_bare_panel(given_rig: Rig, side: Side, X: np.ndarray)
     assert not table.cells_per_px.any()
 
 
+@unhurried
 @given(rigs(), sides, points_mm(8.0))
 def test_traced_rays_are_the_backward_rays(given_rig: Rig, side: Side, X: np.ndarray) -> None:
     """The twin's own steps, at two points of a pupil."""
@@ -105,6 +109,7 @@ def test_traced_rays_are_the_backward_rays(given_rig: Rig, side: Side, X: np.nda
         assert landing.panel_mm[i] == pytest.approx(ray.panel_mm, abs=1e-8)
 
 
+@unhurried
 @given(rigs(), sides, points_mm(8.0))
 def test_reduced_inverse_is_the_inverse(given_rig: Rig, side: Side, x: np.ndarray) -> None:
     """Pupil point and retinal point from the place where the chief ray crosses its cell."""
@@ -130,6 +135,7 @@ def test_reduced_inverse_is_the_inverse(given_rig: Rig, side: Side, x: np.ndarra
     assert x[1] - moved_mm[1] == pytest.approx(seen[1], abs=BY_DIFFERENCES_MM)
 
 
+@unhurried
 @given(rigs(), sides, points_mm(8.0))
 def test_inverse_and_backward_rays_are_one(given_rig: Rig, side: Side, x: np.ndarray) -> None:
     """From x through the lenslet's centre to X, and from X through the same u back to x."""

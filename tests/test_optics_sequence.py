@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from optics_by_hand import unhurried
 
 from vrlf.optics.sequence import points, to_disc
 
@@ -89,6 +90,7 @@ def test_disc_points_have_the_discs_moments() -> None:
     assert odd == pytest.approx([0.0] * 5, abs=5e-4)
 
 
+@unhurried
 @given(st.floats(0.01, 0.99), st.floats(0.01, 0.99))
 def test_disc_map_keeps_areas(x: float, y: float) -> None:
     """Its Jacobian is pi everywhere but on the seams: the disc's area over the square's."""

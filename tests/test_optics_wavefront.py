@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from optics_by_hand import wavefront_um
+from optics_by_hand import unhurried, wavefront_um
 
 from vrlf.model import Eye, Zernike
 from vrlf.optics import polynomial
@@ -71,6 +71,7 @@ def test_no_such_term(term: tuple[int, int]) -> None:
         zernike_polynomial(*term)
 
 
+@unhurried
 @given(
     st.dictionaries(st.sampled_from(TERMS), st.floats(-1.0, 1.0), max_size=8),
     st.floats(3.0, 8.0),
@@ -157,6 +158,7 @@ matrices = st.lists(st.floats(-3.0, 3.0), min_size=4, max_size=4).map(
 )
 
 
+@unhurried
 @given(coefficients, matrices, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_composed_polynomial_is_the_polynomial_of_turned_points(
     c: NDArray[np.float64], matrix: NDArray[np.float64], x: float, y: float
@@ -167,6 +169,7 @@ def test_composed_polynomial_is_the_polynomial_of_turned_points(
     assert composed == pytest.approx(polynomial.evaluate(c, *(matrix @ point)), abs=1e-8)
 
 
+@unhurried
 @given(coefficients, coefficients, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_sums_products_and_mirrors(
     a: NDArray[np.float64], b: NDArray[np.float64], x: float, y: float

@@ -80,7 +80,7 @@ def eye(sphere_d: float = 0.0, **more: Any) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def discs() -> tuple[Spot, Spot]:
     """-2 D and -5 D behind 6 mm: discs of 7.08 and 17.69 px."""
-    return spots(rig(left=eye(-2.0), right=eye(-5.0)), rays=1024)
+    return spots(rig(left=eye(-2.0), right=eye(-5.0)), rays=512)
 
 
 @pytest.mark.parametrize(("which", "sphere_d"), [(0, -2.0), (1, -5.0)])
@@ -103,8 +103,8 @@ def test_blur_disc_is_even(discs: tuple[Spot, Spot]) -> None:
     diameter_px = 6.0 * 46.0 * 2.0 / 1000.0 / PITCH_MM
     inside = disc.image[disc.distance_px < diameter_px / 2.0 - 2.0**0.5]
     assert inside.size >= 13
-    # 26 rays a pixel: chance would leave 20 %, well-spread points a third of that at most.
-    assert inside == pytest.approx(np.full(inside.size, 4.0 / np.pi / diameter_px**2), rel=0.07)
+    # 13 rays a pixel: chance would leave 28 %, well-spread points a third of that at most.
+    assert inside == pytest.approx(np.full(inside.size, 4.0 / np.pi / diameter_px**2), rel=0.1)
 
 
 def test_blur_keeps_the_light(discs: tuple[Spot, Spot]) -> None:

@@ -30,8 +30,10 @@ from vrlf.passes import (
 )
 from vrlf.reference.encode import encode
 from vrlf.reference.forward import forward
+from vrlf.reference.optimal import optimal
 from vrlf.reference.perceive import perceive
 from vrlf.reference.prepare import prepare
+from vrlf.solve import Optimal, OptimalTables
 
 Image = NDArray[np.float32]
 Exposure = Literal["auto", "none"]
@@ -112,15 +114,6 @@ def check_rays(rays: int) -> None:
         raise InputError(f"rays: found {rays}, wanted a whole number from 1 to {MAX_POINTS}")
 
 
-def check_method(rig: Rig) -> None:
-    """Refuse a prefilter that this version does not have."""
-    if rig.prefilter.method == "optimal":
-        raise InputError(
-            "prefilter.method: found 'optimal', wanted 'forward' or 'none' "
-            "(the optimal prefilter is not part of this version)"
-        )
-
-
 @dataclass
 class _Kept:
     """Tables of the last rig, kept until another one comes."""
@@ -143,6 +136,7 @@ class GpuRenderer:
         self._forward = Forward(self.device)
         self._perceive = Perceive(self.device)
         self._encode: Encode | None = None
+        self._optimal: Optimal | None = None
         self._kept: dict[str, _Kept] = {}
 
     def target(self, source: StereoSource, rig: Rig, fit: FitMode = "contain") -> Image:
@@ -166,15 +160,28 @@ class GpuRenderer:
     def prefilter(self, target: Image, rig: Rig) -> Image:
         """See ``Renderer.prefilter``."""
         target = checked_image(target, rig, "target")
-        check_method(rig)
+        method = rig.prefilter.method
         self._require_size(rig)
-        if rig.prefilter.method == "none" or rig.array.kind == "none":
+        if method == "none" or (method == "forward" and rig.array.kind == "none"):
             return np.array(target, dtype=np.float32)
         self.device.make_current()
+        if method == "optimal":
+            return self._solve(target, rig)
         tables = self._tables("forward", rig, lambda: ForwardTables(self.device, rig))
         with _Textures(self.device) as make:
             shown = make.panel(rig, "panel image")
             self._forward.run(tables, make.holding(target, "target"), shown)
+            return _rgb(shown)
+
+    def _solve(self, target: Image, rig: Rig) -> Image:
+        """The optimal panel image; the solver's programs are made when first needed."""
+        if self._optimal is None:
+            self._optimal = Optimal(self.device)
+        builder = self._optimal.builder
+        tables = self._tables("optimal", rig, lambda: OptimalTables(self.device, rig, builder))
+        with _Textures(self.device) as make:
+            shown = make.panel(rig, "panel image")
+            self._optimal.run(tables, make.holding(target, "target"), shown)
             return _rgb(shown)
 
     def perceive(
@@ -224,7 +231,13 @@ class GpuRenderer:
         for kept in self._kept.values():
             kept.tables.release()
         self._kept.clear()
-        for step in (self._prepare, self._encode, self._forward, self._perceive):
+        for step in (
+            self._prepare,
+            self._encode,
+            self._optimal,
+            self._forward,
+            self._perceive,
+        ):
             if step is not None:
                 step.release()
         if self._owns_device:
@@ -288,9 +301,10 @@ class ReferenceRenderer:
     def prefilter(self, target: Image, rig: Rig) -> Image:
         """See ``Renderer.prefilter``."""
         target = checked_image(target, rig, "target")
-        check_method(rig)
         if rig.prefilter.method == "none":
             return np.array(target, dtype=np.float32)
+        if rig.prefilter.method == "optimal":
+            return optimal(target.astype(np.float64), rig, DEFAULT_RAYS).astype(np.float32)
         return forward(target.astype(np.float64), rig).astype(np.float32)
 
     def perceive(

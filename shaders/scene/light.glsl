@@ -3,8 +3,8 @@
 // Needs of the block: vec4 eye, vec4 to_sun, vec4 crowns[], vec4 crown_radii[]; of the
 // defines: CROWNS; and noise.glsl.
 
-const vec3 SUN = vec3(1.55, 1.42, 1.18);
-const vec3 SKY = vec3(0.36, 0.44, 0.56);
+const vec3 SUN = vec3(2.15, 1.95, 1.60);
+const vec3 SKY = vec3(0.32, 0.40, 0.52);
 const vec3 BOUNCE = vec3(0.16, 0.16, 0.10);
 const vec3 HAZE = vec3(0.50, 0.60, 0.70);
 const float HAZE_M = 160.0;

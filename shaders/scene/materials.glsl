@@ -47,7 +47,7 @@ Material brick(vec2 p, float footprint) {
 Material plaster(vec2 p, float footprint) {
     float n = pink(p * 0.6, footprint * 0.6, 0.95);
     float streaks = pink(p * vec2(4.0, 0.5), footprint * 4.0, 0.8);
-    vec3 albedo = mottled(vec3(0.56, 0.47, 0.34), 0.085, n + 0.7 * streaks);
+    vec3 albedo = mottled(vec3(0.50, 0.42, 0.31), 0.085, n + 0.7 * streaks);
     return Material(albedo, 1.0 + 0.1 * clamp(n, -2.0, 2.0), 1.0, 0.0);
 }
 
@@ -66,7 +66,7 @@ Material wood(vec2 p, float footprint) {
 Material paper(vec2 p, float footprint, vec2 box) {
     float fibre = pink(p * 60.0, footprint * 60.0, 0.95);
     float ink = ink_over(p, box);
-    vec3 sheet = mottled(vec3(0.66, 0.63, 0.55), 0.02, fibre);
+    vec3 sheet = mottled(vec3(0.60, 0.57, 0.50), 0.02, fibre);
     return Material(mix(sheet, vec3(0.030, 0.028, 0.032), ink), 1.0, 1.0, 0.02);
 }
 
@@ -86,7 +86,7 @@ Material clay(vec2 p, float footprint) {
 
 Material glass(vec2 p, float footprint) {
     float inside = pink(p * 2.5, footprint * 2.5, 0.8);
-    return Material(mottled(vec3(0.030, 0.034, 0.040), 0.5, inside), 1.0, 1.0, 2.5);
+    return Material(mottled(vec3(0.030, 0.034, 0.040), 0.5, inside), 1.0, 1.0, 1.0);
 }
 
 Material cloth(vec2 p, float footprint) {

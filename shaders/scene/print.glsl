@@ -1,7 +1,7 @@
 // Print on a page, filtered over the box that a pixel covers.
 //
 // Needs: sampler2D print_sums; of the defines: TEXEL_M, PRINT_MEAN.
-// Twin:  summed_area and box_ink in vrlf/scene/glyphs.py.
+// Twin:  ink_by_hand in tests/test_scene_print.py; the table is made in vrlf/scene/glyphs.py.
 
 // The table between its entries. By hand: hardware's weights are too coarse for differences.
 float sum_until(vec2 at) {

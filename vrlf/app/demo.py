@@ -2,32 +2,53 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import click
 
-from vrlf.app.options import json_option, put_json, rig_choice, rig_options, say
-from vrlf.app.sheet import Column, detail_for, draw_sheet
-from vrlf.app.sources import SCENE, SourceOptions, target_of
-from vrlf.evaluation.measure import Likeness, likeness
-from vrlf.files import atomic_write_text, make_folder
+from vrlf.app.options import json_option, put_json, rays_option, rig_choice, rig_options, say
+from vrlf.app.sheet import Column, draw_sheet
+from vrlf.app.sources import SCENE, SourceOptions, require_picture_size, target_of
+from vrlf.errors import RigError
+from vrlf.evaluation.measure import Likeness, border_px, likeness
+from vrlf.files import atomic_write_text, check_target, make_folder, shown
 from vrlf.images import write_encoded
-from vrlf.model import Rig, load_rig
+from vrlf.model import Rig, load_rig, rig_from_tables
 from vrlf.optics.inspect import inspect_rig
-from vrlf.optics.viewport import SIDES, viewport
+from vrlf.optics.viewport import SIDES, Side, viewport
 from vrlf.renderer import DEFAULT_RAYS, GpuRenderer, Image
 
 # Shown beside the rig of the demo, on the same eyes and the same scene: another array that
 # serves, and the thesis's own, which gains nothing in a headset.
 _OTHERS = ("matched-full", "thesis-minus-5d")
+_PICTURES = ("target", "panel", "perceived-without", "perceived-with", "overview")
+
+
+@dataclass(frozen=True)
+class Gain:
+    """How near an eye's view comes to the target without and with the correction."""
+
+    without: Likeness
+    corrected: Likeness
+
+    @property
+    def psnr_db(self) -> float:
+        """What the correction adds; not finite where a view is the target itself."""
+        return self.corrected.psnr_db - self.without.psnr_db
 
 
 @dataclass(frozen=True)
 class Chain:
-    """One rig's pictures and numbers, from the target to what is seen."""
+    """One rig's pictures and numbers, from the target to what is seen.
+
+    ``gains`` has None for an eye whose viewport is all border: nothing is left to compare.
+    """
 
     name: str
     rig: Rig
@@ -35,11 +56,10 @@ class Chain:
     panel: Image
     uncorrected: Image
     corrected: Image
-    before: tuple[Likeness, Likeness]
-    after: tuple[Likeness, Likeness]
+    gains: tuple[Gain | None, Gain | None]
 
 
-@click.command()
+@click.command(short_help="Show the whole chain in pictures and numbers.")
 @rig_options
 @click.option(
     "-o",
@@ -47,80 +67,99 @@ class Chain:
     default="demo-out",
     show_default=True,
     metavar="DIR",
-    help="The folder for the pictures.",
+    help="The folder for the pictures; it is made if it is not there.",
 )
 @click.option(
     "--source",
     default=SCENE,
     show_default=True,
     metavar="SOURCE",
-    help="A picture of your own instead of the shipped scene.",
+    help="Instead of the shipped scene a picture of your own or chart:NAME.",
 )
-@click.option(
-    "--rays",
-    type=click.IntRange(1),
-    default=DEFAULT_RAYS,
-    show_default=True,
-    help="Rays for each retinal pixel.",
-)
+@rays_option(DEFAULT_RAYS)
 @json_option
 def demo(output: str, source: str, rays: int, as_json: bool, **options: Any) -> None:
     """Show the whole chain: target, panel image, and what each eye sees with and without it.
 
-    Writes the pictures, numbers.json and overview.png, the one to open.
+    Writes target.png, panel.png, perceived-without.png, perceived-with.png, numbers.json and
+    overview.png, the one to open, into the folder DIR. Two other arrays before the same eyes
+    are measured for comparison. Takes about a minute where the CPU does the GPU's work.
+
+    \b
+    Examples:
+      vrlf demo
+      vrlf demo --left "-5.00 / -1.25 x 170" --right "-4.50" --source photo.jpg -o mine
     """
     choice = rig_choice(options)
     rig = choice.load()
-    folder = make_folder(output)
-    with GpuRenderer() as renderer:
-        say(f"GPU: {renderer.device.info.renderer}")
-        chains = [run_chain(choice.name, rig, source, renderer, rays)]
-        chains += [
-            run_chain(name, _with_eyes_of(rig, name), source, renderer, rays)
-            for name in _OTHERS
-            if name != choice.name
-        ]
-        _write_pictures(folder, chains, renderer)
-    numbers = _numbers(chains, source, rays)
-    atomic_write_text(folder / "numbers.json", json.dumps(numbers, indent=2) + "\n")
+    require_picture_size(rig)
+    rigs = {choice.name: rig} | _comparisons(rig, choice.name)
+    with _results_folder(output) as folder:
+        with GpuRenderer() as renderer:
+            say(f"GPU: {renderer.device.info.renderer}")
+            chains = [run_chain(name, each, source, renderer, rays) for name, each in rigs.items()]
+            _write_pictures(folder, chains, renderer)
+        numbers = _numbers(chains, source, rays)
+        atomic_write_text(folder / "numbers.json", json.dumps(numbers, indent=2) + "\n")
     overview = str(folder / "overview.png")
     if as_json:
         put_json({"overview": overview, **numbers})
     else:
         click.echo("\n".join(_table(chains)))
-        click.echo(f"The picture to open: {overview}")
+        click.echo(f"The picture to open: {shown(overview)}")
 
 
-def _with_eyes_of(rig: Rig, name: str) -> Rig:
-    """Another shipped rig's array before the same panel size, headset and eyes."""
-    other = load_rig(name)
-    panel = rig.panel.model_copy(update={"subpixels": other.panel.subpixels})
-    return rig.model_copy(update={"panel": panel, "array": other.array})
+@contextlib.contextmanager
+def _results_folder(output: str) -> Iterator[Path]:
+    """The folder, checked before the work; an empty one that was made for it goes on failure."""
+    was_there = Path(output).exists() if "\0" not in output else False
+    folder = make_folder(output)
+    try:
+        for name in (*(f"{picture}.png" for picture in _PICTURES), "numbers.json"):
+            check_target(folder / name)
+        yield folder
+    except BaseException:
+        if not was_there:
+            with contextlib.suppress(OSError):  # something is in it, and stays
+                folder.rmdir()
+        raise
+
+
+def _comparisons(rig: Rig, name: str) -> dict[str, Rig]:
+    """Other shipped rigs' arrays before the same panel size, headset and eyes."""
+    found = {}
+    for other_name in _OTHERS:
+        if other_name == name:
+            continue
+        other, tables = load_rig(other_name), rig.model_dump(mode="json", by_alias=True)
+        tables["panel"]["subpixels"] = other.panel.subpixels
+        tables["array"] = other.array.model_dump(mode="json", by_alias=True)
+        try:
+            found[other_name] = rig_from_tables(tables, source=other_name)
+        except RigError as error:
+            say(f"left out, since its array does not fit this headset: {error}")
+    return found
 
 
 def run_chain(name: str, rig: Rig, source: str, renderer: GpuRenderer, rays: int) -> Chain:
     """Target, panel image, and what both eyes see of the target bare and of the panel image."""
-    say(f"{name}: target")
+    say(f"{shown(name)}: target")
     target = target_of(source, rig, renderer, SourceOptions(fit="cover"))
-    say(f"{name}: panel image")
+    say(f"{shown(name)}: panel image")
     panel = renderer.prefilter(target, rig)
-    say(f"{name}: what the eyes see ({rays} rays a pixel)")
-    bare = bare_rig(rig)
-    uncorrected = renderer.perceive(target, bare, rays=rays)
-    corrected = renderer.perceive(panel, rig, rays=rays)
+    say(f"{shown(name)}: what the eyes see ({rays} rays a pixel)")
+    bare = renderer.perceive(target, bare_rig(rig), rays=rays)
+    seen = renderer.perceive(panel, rig, rays=rays)
+    gains = [_gain(bare, seen, target, rig, side) for side in SIDES]
+    return Chain(name, rig, target, panel, bare, seen, (gains[0], gains[1]))
+
+
+def _gain(bare: Image, seen: Image, target: Image, rig: Rig, side: Side) -> Gain | None:
+    view = viewport(rig, side)
+    if 2 * border_px(rig, side) >= min(view.width_px, view.height_px):
+        return None
     # One border for both, the wider: the same pixels are compared.
-    before = tuple(likeness(uncorrected, target, rig, side) for side in SIDES)
-    after = tuple(likeness(corrected, target, rig, side) for side in SIDES)
-    return Chain(
-        name,
-        rig,
-        target,
-        panel,
-        uncorrected,
-        corrected,
-        (before[0], before[1]),
-        (after[0], after[1]),
-    )
+    return Gain(likeness(bare, target, rig, side), likeness(seen, target, rig, side))
 
 
 def bare_rig(rig: Rig) -> Rig:
@@ -130,53 +169,37 @@ def bare_rig(rig: Rig) -> Rig:
 
 def _write_pictures(folder: Path, chains: list[Chain], renderer: GpuRenderer) -> None:
     first = chains[0]
-    for name, picture in (
-        ("target", first.target),
-        ("panel", first.panel),
-        ("perceived-without", first.uncorrected),
-        ("perceived-with", first.corrected),
-        ("overview", _overview(chains)),
-    ):
+    pictures = (first.target, first.panel, first.uncorrected, first.corrected, _overview(chains))
+    for name, picture in zip(_PICTURES, pictures, strict=True):
         write_encoded(folder / f"{name}.png", renderer.encode(picture))
 
 
 def _overview(chains: list[Chain]) -> Image:
     first = chains[0]
-    numbers = inspect_rig(first.rig)
-    views = (viewport(first.rig, "left"), viewport(first.rig, "right"))
-    blur = [f"a point blurs over {numbers[side]['blur_px']:.1f} pixels" for side in SIDES]
-    before = [
-        f"{each.psnr_db:.1f} dB, {text}" for each, text in zip(first.before, blur, strict=True)
-    ]
-    after = [
-        f"{each.psnr_db:.1f} dB, {each.psnr_db - old.psnr_db:+.1f} dB"
-        for each, old in zip(first.after, first.before, strict=True)
-    ]
+    rig, numbers = first.rig, inspect_rig(first.rig)
+    ppd = numbers["display"]["pixels_per_degree"]
+    before, after = [], []
+    for side, gain in zip(SIDES, first.gains, strict=True):
+        blur = f"a point blurs over {numbers[side]['blur_px']:.1f} pixels"
+        before.append(blur if gain is None else f"{_db(gain.without)}, {blur}")
+        after.append("" if gain is None else f"{_db(gain.corrected)}{_added(gain)}")
     columns = [
         Column("meant: the target", first.target, ("what the eye should see",) * 2),
-        Column("shown: the panel image", first.panel, (_array_note(first.rig),) * 2),
+        Column("shown: the panel image", first.panel, (_array_note(rig),) * 2),
         Column("seen without correction", first.uncorrected, (before[0], before[1])),
         Column("seen with correction", first.corrected, (after[0], after[1])),
     ]
-    rig = first.rig
     subtitle = (
         f"left {_paper(rig, 'left')}, right {_paper(rig, 'right')}, pupils {rig.left.pupil_mm:g} "
         f"and {rig.right.pupil_mm:g} mm; {rig.panel.width_px} x {rig.panel.height_px} pixels of "
         f"{rig.panel.pixel_pitch_um:g} um, {rig.headset.lens_to_panel_mm:g} mm behind the lens; "
-        f"{numbers['display']['pixels_per_degree']:.1f} pixels per degree"
+        f"{ppd:.1f} pixels per degree"
     )
-    return draw_sheet(
-        f"vrlf: {first.name}",
-        subtitle,
-        columns,
-        views,
-        detail_for(views[0]),
-        numbers["display"]["pixels_per_degree"],
-        _table(chains),
-    )
+    views = (viewport(rig, "left"), viewport(rig, "right"))
+    return draw_sheet(f"vrlf: {shown(first.name)}", subtitle, columns, views, ppd, _table(chains))
 
 
-def _paper(rig: Rig, side: str) -> str:
+def _paper(rig: Rig, side: Side) -> str:
     eye = rig.left if side == "left" else rig.right
     text = f"{eye.sphere_d:+.2f}"
     return text if eye.cylinder_d == 0.0 else f"{text} / {eye.cylinder_d:+.2f} x {eye.axis_deg:g}"
@@ -186,11 +209,13 @@ def _array_note(rig: Rig) -> str:
     array = rig.array
     if array.kind == "none":
         return "no array: the target itself"
-    what = f"holes of {array.aperture_um:g}" if array.kind == "pinhole" else "lenslets of"
-    size = "" if array.kind == "pinhole" else f" {array.focal_mm:g} mm focus,"
     turned = f", turned {array.rotation_deg:g} deg" if array.rotation_deg else ""
-    unit = " um" if array.kind == "pinhole" else ""
-    return f"{what}{unit}{size} {array.pitch_um:g} um apart, gap {array.gap_mm:g} mm{turned}"
+    what = (
+        f"holes of {array.aperture_um:g} um"
+        if array.kind == "pinhole"
+        else f"lenslets of {array.focal_mm:g} mm focus"
+    )
+    return f"{what}, {array.pitch_um:g} um apart, gap {array.gap_mm:g} mm{turned}"
 
 
 def _table(chains: list[Chain]) -> list[str]:
@@ -198,18 +223,26 @@ def _table(chains: list[Chain]) -> list[str]:
     lines = ["PSNR in linear light after one gain, the same scene and eyes:"]
     for chain in chains:
         eyes = [
-            f"{side} {old.psnr_db:.1f} -> {new.psnr_db:.1f} dB ({new.psnr_db - old.psnr_db:+.1f})"
-            for side, old, new in zip(SIDES, chain.before, chain.after, strict=True)
+            f"{side} too small a view to measure"
+            if gain is None
+            else f"{side} {_db(gain.without)} -> {_db(gain.corrected)}{_added(gain)}"
+            for side, gain in zip(SIDES, chain.gains, strict=True)
         ]
-        lines.append(f"    {chain.name}: {', '.join(eyes)}{_verdict(chain)}")
+        lines.append(f"    {shown(chain.name)}: {', '.join(eyes)}{_verdict(chain)}")
     return lines
 
 
+def _db(each: Likeness) -> str:
+    return f"{each.psnr_db:.1f} dB" if isfinite(each.psnr_db) else "the target itself"
+
+
+def _added(gain: Gain) -> str:
+    return f" ({gain.psnr_db:+.1f})" if isfinite(gain.psnr_db) else ""
+
+
 def _verdict(chain: Chain) -> str:
-    gains = [new.psnr_db - old.psnr_db for old, new in zip(chain.before, chain.after, strict=True)]
-    if max(gains) < 1.0:
-        return " - this array gains nothing here"
-    return ""
+    gains = [gain.psnr_db for gain in chain.gains if gain is not None]
+    return " - this array gains nothing here" if gains and not max(gains) >= 1.0 else ""
 
 
 def _numbers(chains: list[Chain], source: str, rays: int) -> dict[str, Any]:
@@ -218,9 +251,16 @@ def _numbers(chains: list[Chain], source: str, rays: int) -> dict[str, Any]:
         "rays": rays,
         "rigs": {
             chain.name: {
-                side: {"without": asdict(chain.before[eye]), "with": asdict(chain.after[eye])}
-                for eye, side in enumerate(SIDES)
+                side: None
+                if gain is None
+                else {"without": _strict(gain.without), "with": _strict(gain.corrected)}
+                for side, gain in zip(SIDES, chain.gains, strict=True)
             }
             for chain in chains
         },
     }
+
+
+def _strict(each: Likeness) -> dict[str, float | None]:
+    """Numbers that JSON has; infinity, the PSNR of equal pictures, is null."""
+    return {name: value if isfinite(value) else None for name, value in asdict(each).items()}

@@ -160,10 +160,10 @@ def _doctor_text(report: dict[str, Any]) -> str:
         ]
     lines.append("All is well." if report["ok"] else f"Problem         {report['problem']}")
     if not report["ok"]:
-        lines.append(
-            "until then      'inspect', 'rigs' and 'chart' need no GPU, and 'prefilter' and"
-        )
-        lines.append("                'perceive' none with --device reference, which is slow")
+        lines += [
+            "until then      'inspect', 'rigs' and 'chart' need no GPU, nor do 'prefilter' and",
+            "                'perceive' with --device reference, which is slow",
+        ]
         if sys.platform.startswith("linux"):
             lines.append("no GPU at all?  Mesa's llvmpipe lets the CPU do its work: see the README")
     return "\n".join(lines)

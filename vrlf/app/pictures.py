@@ -31,7 +31,7 @@ from vrlf.files import shown
 from vrlf.images import check_picture_target, read_picture, write_encoded, write_picture
 from vrlf.model import Rig
 from vrlf.optics.viewport import SIDES
-from vrlf.renderer import DEFAULT_RAYS, Image, Renderer, check_method
+from vrlf.renderer import DEFAULT_RAYS, Image, Renderer
 
 _LAYOUTS = ["auto", "mono", "side-by-side", "half-side-by-side", "over-under", "half-over-under"]
 _LOSSY = (".jpg", ".jpeg")
@@ -148,7 +148,8 @@ def prefilter(
     SOURCE is a picture for both eyes or a stereo picture (PNG, JPEG, EXR, TIFF, WebP, HDR ...),
     'scene' (the shipped stereo scene) or 'chart:NAME' (see 'vrlf chart --help'). A picture of
     exactly the panel's size is taken pixel for pixel, left half to the left eye. How it is
-    computed is the rig's own affair: --set prefilter.method=forward, or none for comparison.
+    computed is a key of the rig: --set prefilter.method=forward is fast, optimal is slow and
+    sharper, none shows the target itself.
 
     \b
     Examples:
@@ -157,7 +158,6 @@ def prefilter(
       vrlf prefilter chart:logmar -r pinhole -o panel.png --json
     """
     rig = rig_choice(options).load()
-    check_method(rig)
     check_outputs([output] if target_file is None else [output, target_file], rig, bits)
     if Path(output).suffix.lower() in _LOSSY:
         say(f"{shown(output)}: JPEG alters single pixels; a panel image wants .png or .exr")

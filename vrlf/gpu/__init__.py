@@ -21,7 +21,6 @@ from vrlf.gpu.blocks import Block, Field, Struct
 from vrlf.gpu.compute import ComputePass
 from vrlf.gpu.device import Device, DeviceInfo
 from vrlf.gpu.draw import Canvas, DrawPass, Mesh
-from vrlf.gpu.draw import Canvas, DrawPass, Mesh
 from vrlf.gpu.memory import Buffer, Texture
 from vrlf.gpu.timing import GpuTimer
 

@@ -66,6 +66,13 @@ class ComputePass:
         self._program.run(ceil(width_px / GROUP_PX), ceil(height_px / GROUP_PX), layers)
         context.memory_barrier()
 
+    def run_linear(self, count: int, group: int) -> None:
+        """Dispatch enough groups of ``group`` invocations to cover a list."""
+        context = self._device.context
+        self._uniforms.bind_to_uniform_block(self._block.binding)
+        self._program.run(ceil(count / group), 1, 1)
+        context.memory_barrier()
+
     def release(self) -> None:
         """Give program and buffer back; the second call does nothing."""
         if self._ticket:

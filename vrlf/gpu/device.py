@@ -49,6 +49,7 @@ class Device:
         self._live: dict[int, tuple[str, int]] = {}
         self._next = 0
         self._released = False
+        self._resting: moderngl.Framebuffer | None = None
         self.info = _info(context)
         if self.info.gl_version < REQUIRED_GL:
             self.release()
@@ -112,6 +113,16 @@ class Device:
                 f"(the limit of {self.info.renderer})"
             )
 
+    def rest(self) -> None:
+        """Draw into nothing from now on.
+
+        moderngl binds again whatever was drawn into last; once that is released the next
+        framebuffer fails. A headless context has no screen to fall back on.
+        """
+        if self._resting is None:
+            self._resting = self.context.simple_framebuffer((1, 1))
+        self._resting.use()
+
     def enlist(self, label: str, nbytes: int) -> int:
         """Note a new GPU object; returns the ticket with which it is struck off."""
         self._next += 1
@@ -134,6 +145,9 @@ class Device:
 
     def release(self) -> None:
         """Give the context back; the owner of each object has released it before."""
+        if not self._released and self._resting is not None:
+            self._resting.release()
+            self._resting = None
         if not self._released and self._owns_context:
             self._context.release()
         self._released = True

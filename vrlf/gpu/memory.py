@@ -154,6 +154,12 @@ class Buffer:
         """For ``layout(std430, binding = binding) buffer``."""
         self._buffer.bind_to_storage_buffer(binding)
 
+    def read(self, dtype: Any) -> NDArray[np.generic]:
+        """The contents as a flat array of its own."""
+        raw = self._buffer.read()
+        self._device.check(f"reading {self._label}")
+        return np.frombuffer(raw, dtype).copy()
+
     def write(self, data: NDArray[np.generic]) -> None:
         """Replace the contents; the size stays."""
         self._buffer.write(np.ascontiguousarray(data).tobytes())

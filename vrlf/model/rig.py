@@ -22,6 +22,10 @@ class Prefilter(BaseModel):
         ``forward`` samples every colour sub-pixel at this many points squared.
     brightness, black_level : float
         Linear levels that ``optimal`` maps the target's white and black to.
+    iterations : int
+        Steps that ``optimal`` takes at most.
+    budget_ms : float or None
+        Time after which ``optimal`` takes no further step; no limit if left out.
     """
 
     model_config = GIVEN
@@ -30,6 +34,8 @@ class Prefilter(BaseModel):
     subpixel_grid: Annotated[int, between(1, 16)] = 3
     brightness: Annotated[float, above(0.0, 1.0)] = 1.0
     black_level: Annotated[float, between(0.0, 1.0)] = Field(default=0.0)
+    iterations: Annotated[int, between(0, 1000)] = 16
+    budget_ms: Annotated[float, above(0.0, 1.0e6)] | None = None
 
     @field_validator("black_level", mode="after")
     @classmethod

@@ -27,24 +27,26 @@ from vrlf.passes.fields import (
     viewport_values,
 )
 
+# What shaders/include/rays.glsl needs.
+RAY_FIELDS = (
+    *SUBPIXEL_FIELDS,
+    *LATTICE_FIELDS,
+    Field("float", "bend", "g / f of a lenslet, 0 for a hole"),
+    Field("float", "footprint_px", "side of a retinal pixel's image at one pupil point"),
+    Field("float", "whole_at_array", "a pixel's rays pass one lenslet within this of its centre"),
+    Field("float", "whole_at_barrier", "and land in one area within this of its centre"),
+    Field("vec2", "bin_origin", "corner of the grid of bins, in cells"),
+    Field("vec2", "bin_cells", "size of a bin, in cells"),
+    Field("ivec2", "bin_count", "columns and rows of bins"),
+    Field("int", "points", "rays in each table"),
+    Field("int", "batch_first", "where this batch begins"),
+    Field("int", "batch_points", "how many rays it has"),
+)
 PERCEIVE = Block(
     "Perceive",
     (
         *VIEWPORT_FIELDS,
-        *SUBPIXEL_FIELDS,
-        *LATTICE_FIELDS,
-        Field("float", "bend", "g / f of a lenslet, 0 for a hole"),
-        Field("float", "footprint_px", "side of a retinal pixel's image at one pupil point"),
-        Field(
-            "float", "whole_at_array", "a pixel's rays pass one lenslet within this of its centre"
-        ),
-        Field("float", "whole_at_barrier", "and land in one area within this of its centre"),
-        Field("vec2", "bin_origin", "corner of the grid of bins, in cells"),
-        Field("vec2", "bin_cells", "size of a bin, in cells"),
-        Field("ivec2", "bin_count", "columns and rows of bins"),
-        Field("int", "points", "rays in each table"),
-        Field("int", "batch_first", "where this batch begins"),
-        Field("int", "batch_points", "how many rays it has"),
+        *RAY_FIELDS,
         Field("int", "first_row", "where this dispatch begins"),
         Field("int", "rows", "how many rows it has"),
         Field("int", "is_first", "1 if nothing has been gathered yet"),

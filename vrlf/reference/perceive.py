@@ -18,7 +18,7 @@ from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
 from vrlf.optics.samples import footprint_scale, pupil_points, uses_area_means
-from vrlf.optics.subpixels import Layout, layout
+from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import (
     SIDES,
     Side,
@@ -30,6 +30,8 @@ from vrlf.optics.viewport import (
 )
 
 Bool = NDArray[np.bool_]
+Pixels = NDArray[np.int_]
+Hit = tuple[Pixels, Float]
 
 
 @dataclass(frozen=True)
@@ -108,56 +110,56 @@ def _one_path(
     half: Float, rig: Rig, view: Viewport, optics: EyeOptics, colour: int, rays: int
 ) -> Float:
     """The view of one eye if all colours took the path of ``colour``."""
-    bench, lattice = bench_of(rig), lattice_of(rig)
-    gather = _Gather(half, rig, view, bench, lattice, layout(rig.panel.subpixels))
+    gather = Gather(rig, view)
     at = pupil_points(rig, optics, rays)
     slopes = aberration_at(optics.aberration[colour], at.from_centre_mm)
     total = np.zeros(half.shape)
     for u_mm, slope, within_mm in zip(at.u_mm, slopes, at.within_pixel_mm, strict=True):
-        total += gather.light(u_mm, slope, within_mm)
+        for pixel, weight in gather.hits(u_mm, slope, within_mm):
+            total += weight * texels(half, pixel)
     return total / len(slopes)
 
 
-class _Gather:
-    """Fetches the light of one pupil point for all pixels of a viewport."""
+class Gather:
+    """Which panel pixels one pupil point shows to each pixel of a viewport, and how much."""
 
-    def __init__(
-        self,
-        half: Float,
-        rig: Rig,
-        view: Viewport,
-        bench: Bench,
-        lattice: Lattice | None,
-        emission: Layout,
-    ) -> None:
-        self._half, self._view, self._bench, self._lattice = half, view, bench, lattice
-        self._emission = emission
+    def __init__(self, rig: Rig, view: Viewport) -> None:
+        self._view, self._bench, self._lattice = view, bench_of(rig), lattice_of(rig)
+        self._emission = layout(rig.panel.subpixels)
         self._pitch_mm = pitch_mm(rig)
         self._x_mm = panel_points_mm(rig, view)
-        self._area_means = uses_area_means(bench, lattice)
-        self._kappa = abs(footprint_scale(bench, lattice))
+        self._area_means = uses_area_means(self._bench, self._lattice)
+        self._kappa = abs(footprint_scale(self._bench, self._lattice))
         self._axis_px = axis_in_viewport_px(rig, view)
 
-    def light(self, u_mm: Float, slope: Float, within_mm: Float) -> Float:
-        """Radiance that the retinal pixels receive through one pupil point, (H, w, 3)."""
-        if not self._area_means:
-            return self._sampled(u_mm, slope, within_mm)
-        centre = trace(self._bench, self._lattice, self._view, self._x_mm, u_mm, slope)
-        mean = self._area_mean(centre)
-        if self._lattice is None:
-            return mean
-        whole = self._is_whole(self._lattice, centre)
-        return np.where(whole[..., None], mean, self._sampled(u_mm, slope, within_mm))
+    def hits(self, u_mm: Float, slope: Float, within_mm: Float) -> list[Hit]:
+        """What one pupil point shows: panel pixels (column, row) and weights of each colour.
 
-    def _sampled(self, u_mm: Float, slope: Float, within_mm: Float) -> Float:
-        """The light at one point of the retinal pixel."""
+        Returns
+        -------
+        list of (pixel, weight)
+            ndarrays (H, w, 2) of int and (H, w, 3); the light is the sum of weight times the
+            pixel's light, where the pixel lies in the viewport.
+        """
+        if not self._area_means:
+            return [self._sampled(u_mm, slope, within_mm)]
+        centre = trace(self._bench, self._lattice, self._view, self._x_mm, u_mm, slope)
+        if self._lattice is None:
+            return self._over_area(centre)
+        whole = self._is_whole(self._lattice, centre)[..., None]
+        pixel, weight = self._sampled(u_mm, slope, within_mm)
+        return [(p, w * whole) for p, w in self._over_area(centre)] + [(pixel, weight * ~whole)]
+
+    def _sampled(self, u_mm: Float, slope: Float, within_mm: Float) -> Hit:
+        """The hit from one point of each retinal pixel."""
         x_mm = self._x_mm + within_mm
         landing = trace(self._bench, self._lattice, self._view, x_mm, u_mm, slope)
         passes = np.ones(landing.cell.shape[:2], dtype=bool)
         if self._lattice is not None:
             passes = cells.is_open(self._lattice, landing.in_cell)
             passes &= self._in_own_area(self._lattice, landing)
-        return self._emitted(self._raster(landing)) * passes[..., None]
+        pixel, weight = self._emitting(self._raster(landing))
+        return pixel, weight * passes[..., None]
 
     def _raster(self, landing: Landing) -> Float:
         return np.asarray(landing.panel_mm / self._pitch_mm * [1.0, -1.0] + self._axis_px)
@@ -184,37 +186,38 @@ class _Gather:
             whole &= off.max(axis=-1) <= 0.5 - spread * lattice.barrier_scale * self._kappa
         return np.asarray(whole)
 
-    def _emitted(self, raster: Float) -> Float:
-        """Radiance of the panel at points, black outside the viewport."""
+    def _emitting(self, raster: Float) -> Hit:
+        """The pixel at each point, and whether and how strongly its colours emit there."""
         pixel = np.floor(raster)
         place = (raster - pixel)[..., None, :]
         boxes = self._emission.rectangles
         lit = np.all((place >= boxes[:, :2]) & (place < boxes[:, 2:]), axis=-1)
-        return np.asarray(self._texels(pixel.astype(int)) * lit * self._emission.gain)
+        return pixel.astype(int), lit * self._emission.gain
 
-    def _area_mean(self, landing: Landing) -> Float:
-        """Mean radiance of the square of side kappa about each point: at most 2 x 2 pixels."""
+    def _over_area(self, landing: Landing) -> list[Hit]:
+        """The means over the square of side kappa about each point: at most 2 x 2 pixels."""
         # A square of no size is a point; the floor keeps the quotient finite.
         side = max(self._kappa, 1e-3)
         low = self._raster(landing) - side / 2.0
-        first = np.floor(low)
-        total = np.zeros(self._half.shape)
+        boxes = self._emission.rectangles
+        hits = []
         for step in np.ndindex(2, 2):
-            pixel = first + step
+            pixel = np.floor(low) + step
             start = np.clip(low - pixel, 0.0, 1.0)[..., None, :]
             end = np.clip(low + side - pixel, 0.0, 1.0)[..., None, :]
-            boxes = self._emission.rectangles
             shared = np.minimum(end, boxes[:, 2:]) - np.maximum(start, boxes[:, :2])
             area = np.prod(np.maximum(shared, 0.0), axis=-1) / side**2
-            total += self._texels(pixel.astype(int)) * area * self._emission.gain
-        return total
+            hits.append((pixel.astype(int), area * self._emission.gain))
+        return hits
 
-    def _texels(self, pixel: NDArray[np.int_]) -> Float:
-        height, width = self._half.shape[:2]
-        column, row = pixel[..., 0], pixel[..., 1]
-        inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-        value = self._half[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
-        return np.asarray(value * inside[..., None])
+
+def texels(half: Float, pixel: Pixels) -> Float:
+    """A viewport's light at pixels (column, row), black outside."""
+    height, width = half.shape[:2]
+    column, row = pixel[..., 0], pixel[..., 1]
+    inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+    value = half[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
+    return np.asarray(value * inside[..., None])
 
 
 def landing_points(rig: Rig, side: Side, rays: int, point: int) -> Landing:

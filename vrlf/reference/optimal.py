@@ -1,0 +1,149 @@
+"""Float64 twin of the optimal prefilter: every pixel's row of the operator traced by itself.
+
+No phases, no half floats: the rows come from the twin of perception, pupil point by pupil
+point. The steps are those of ``vrlf/solve/optimal.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vrlf.model import Rig
+from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
+from vrlf.optics.lattice import lattice_of
+from vrlf.optics.polynomial import Float
+from vrlf.optics.samples import pupil_points
+from vrlf.optics.viewport import SIDES, Viewport, viewport
+from vrlf.reference.perceive import Gather, Hit
+
+_LEAST = 1e-6
+
+
+class Operator:
+    """P / throughput of one eye: for each retinal pixel a window of weights on the panel.
+
+    Attributes
+    ----------
+    weights : ndarray (rows, columns, H, w, 3)
+        Weight of the panel pixel at each offset.
+    low : (column, row)
+        The least offset.
+    """
+
+    def __init__(self, rig: Rig, view: Viewport, optics: EyeOptics, rays: int) -> None:
+        self.low, size = _reach(rig, view, optics, rays)
+        self.weights = np.zeros((size[1], size[0], view.height_px, view.width_px, 3))
+        self._shape = (view.height_px, view.width_px)
+        for colour in range(3):
+            if colour == 0 or optics.is_chromatic:
+                self._trace(rig, view, optics, rays, colour)
+        lattice = lattice_of(rig)
+        self.weights /= 1.0 if lattice is None else lattice.throughput
+        self._used = np.argwhere(self.weights.max(axis=(2, 3, 4)) > 0.0)
+
+    def _trace(self, rig: Rig, view: Viewport, optics: EyeOptics, rays: int, colour: int) -> None:
+        """Add the rays of one colour's path; all colours share it in an achromatic eye."""
+        channels = slice(colour, colour + 1) if optics.is_chromatic else slice(0, 3)
+        rows, columns = np.indices(self._shape)
+        own = np.stack([columns, rows], axis=-1)
+        for pixel, weight in _hits(rig, view, optics, rays, colour):
+            at = pixel - own - self.low
+            inside = np.all((pixel >= 0) & (pixel < (self._shape[1], self._shape[0])), axis=-1)
+            kept = (at[inside][:, 1], at[inside][:, 0], rows[inside], columns[inside])
+            self.weights[(*kept, channels)] += weight[inside][:, channels]
+
+    def apply(self, light: Float) -> Float:
+        """P l."""
+        seen = np.zeros(light.shape)
+        for line, column in self._used:
+            here, there = self._overlap(line, column)
+            seen[here] += self.weights[line, column][here] * light[there]
+        return seen
+
+    def adjoint(self, seen: Float) -> Float:
+        """P' r."""
+        light = np.zeros(seen.shape)
+        for line, column in self._used:
+            here, there = self._overlap(line, column)
+            light[there] += self.weights[line, column][here] * seen[here]
+        return light
+
+    def _overlap(self, line: int, column: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+        """The retinal pixels whose partner at an offset lies in the viewport, and those partners."""
+        slices = []
+        offset = (line + self.low[1], column + self.low[0])
+        for step, length in zip(offset, self._shape, strict=True):
+            start, end = max(0, -step), min(length, length - step)
+            slices.append(
+                (slice(start, max(start, end)), slice(start + step, max(start, end) + step))
+            )
+        return (slices[0][0], slices[1][0]), (slices[0][1], slices[1][1])
+
+
+def _hits(rig: Rig, view: Viewport, optics: EyeOptics, rays: int, colour: int) -> Iterator[Hit]:
+    """The hits of all pupil points, each with its share of the mean."""
+    gather, at = Gather(rig, view), pupil_points(rig, optics, rays)
+    slopes = aberration_at(optics.aberration[colour], at.from_centre_mm)
+    for u_mm, slope, within_mm in zip(at.u_mm, slopes, at.within_pixel_mm, strict=True):
+        for pixel, weight in gather.hits(u_mm, slope, within_mm):
+            yield pixel, weight / len(slopes)
+
+
+def _reach(
+    rig: Rig, view: Viewport, optics: EyeOptics, rays: int
+) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Least offset that any ray lands at, and the size of the window that holds them all."""
+    rows, columns = np.indices((view.height_px, view.width_px))
+    own = np.stack([columns, rows], axis=-1)
+    low, high = np.full(2, 10**6), np.full(2, -(10**6))
+    for colour in range(3 if optics.is_chromatic else 1):
+        for pixel, weight in _hits(rig, view, optics, rays, colour):
+            offset = (pixel - own)[weight.max(axis=-1) > 0.0]
+            if len(offset):
+                low = np.minimum(low, offset.min(axis=0))
+                high = np.maximum(high, offset.max(axis=0))
+    low, high = np.minimum(low, 0), np.maximum(high, 0)
+    size = high - low + 1
+    return (int(low[0]), int(low[1])), (int(size[0]), int(size[1]))
+
+
+def optimal(target: Float, rig: Rig, rays: int) -> Float:
+    """The panel image that minimises what is left between target and perception, in [0, 1].
+
+    Parameters
+    ----------
+    target : ndarray (H, W, 3)
+        Linear light on the panel's raster.
+    rays : int
+        For each retinal pixel, in the operator.
+    """
+    shown = np.zeros(target.shape)
+    given = rig.prefilter
+    for side in SIDES:
+        view = viewport(rig, side)
+        operator = Operator(rig, view, eye_optics(rig, side), rays)
+        meant = target[:, view.columns].astype(np.float64)
+        meant = given.black_level + (given.brightness - given.black_level) * meant
+        shown[:, view.columns] = descend(operator, meant, given.iterations)
+    return shown
+
+
+def descend(operator: Operator, meant: Float, iterations: int) -> Float:
+    """Accelerated projected gradient (Beck & Teboulle 2009) in the metric of P'P1."""
+    ones = np.ones(meant.shape)
+    reached = operator.adjoint(ones)
+    curvature = operator.adjoint(operator.apply(ones))
+    lit = reached > _LEAST
+    step = np.where(curvature > _LEAST, 1.0 / np.maximum(curvature, _LEAST), 0.0)
+    start = operator.adjoint(meant) / np.maximum(reached, _LEAST)
+    shown = np.where(lit, np.clip(start, 0.0, 1.0), 0.0)
+    ahead, t = shown, 1.0
+    for _ in range(iterations):
+        gradient = operator.adjoint(operator.apply(ahead) - meant)
+        following = np.clip(ahead - step * gradient, 0.0, 1.0)
+        t_next = (1.0 + np.sqrt(1.0 + 4.0 * t * t)) / 2.0
+        ahead = following + (t - 1.0) / t_next * (following - shown)
+        shown, t = following, t_next
+    return shown

@@ -1,0 +1,23 @@
+"""Targets that are drawn on the GPU: one shipped stereo scene, a garden behind a book.
+
+========== =====================================================================
+file       holds
+========== =====================================================================
+camera     ``HeadPose``, each eye's frustum and matrix; the only pyrr
+glyphs     a 5 x 7 face, text set into pages, the table that filters print
+pages      the sheets of the scene and what is printed on them
+solids     surfaces with a material
+foliage    leaves, grass and petals
+garden     where everything stands
+drawing    ``Scene`` and ``render_stereo``
+spectrum   how the amplitude of a picture falls with frequency
+========== =====================================================================
+"""
+
+from __future__ import annotations
+
+from vrlf.scene.camera import HeadPose
+from vrlf.scene.drawing import Scene, render_stereo
+from vrlf.scene.spectrum import luminance, spectrum_slope
+
+__all__ = ["HeadPose", "Scene", "luminance", "render_stereo", "spectrum_slope"]
