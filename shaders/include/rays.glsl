@@ -68,6 +68,12 @@ vec3 light_of(Retina at, int index) {
 }
 
 #if ARRAY == 2
+// The cell that a ray crosses, counted from at.crossed.zw.
+vec2 cell_of(Retina at, int index) {
+    vec2 place = array_from_panel * times(cells_per_px, within[index]);
+    return nearest_cell(at.crossed.xy + rays[index].xy + place);
+}
+
 // Only the rays that holes can pass: hole by hole, the bins of rays that lie under it.
 vec3 through_holes(Retina at, int set) {
     int bins = set * (bin_count.x * bin_count.y + 1);
@@ -86,7 +92,8 @@ vec3 through_holes(Retina at, int set) {
                 int line = bins + y * bin_count.x;
                 int end = bin_starts[line + to.x + 1];
                 for (int i = bin_starts[line + from.x]; i < end; i++) {
-                    total += light_of(at, i);
+                    // A bin may lie under two holes: each takes its own rays only.
+                    if (cell_of(at, i) == vec2(column, row)) total += light_of(at, i);
                 }
             }
         }
@@ -97,11 +104,10 @@ vec3 through_holes(Retina at, int set) {
 
 vec3 gathered(Retina at, int set) {
 #if ARRAY == 2
-    return through_holes(at, set);
-#else
+    if (bin_count.x != 0) return through_holes(at, set);
+#endif
     vec3 total = vec3(0.0);
     int first = set * points + batch_first;
     for (int i = first; i < first + batch_points; i++) total += light_of(at, i);
     return total;
-#endif
 }

@@ -2,7 +2,7 @@
 //
 // Reads:  canvas (linear; row 0 is the lowest), drawn over the seen frustum.
 // Writes: view (linear, 0 to 1, row 0 at the top).
-// Twin:   resolve_by_hand in tests/test_scene_drawing.py.
+// Twin:   resolved_by_hand in tests/test_scene_drawing.py.
 
 #include "block/Resolve"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;

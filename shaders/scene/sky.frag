@@ -29,7 +29,7 @@ vec3 clouded(vec3 sky, vec2 p, float footprint, float elevation) {
 
 // A wooded ridge: the height of the horizon along the compass.
 vec3 hills(vec3 ray, vec3 sky, float pixel) {
-    float compass = ray.x / max(-ray.z, 0.05);
+    float compass = atan(ray.x, -ray.z);
     float ridge = 0.045 + 0.030 * noise(vec2(compass * 2.5, 1.0))
                 + 0.005 * pink(vec2(compass * 16.0, 7.0), pixel * 16.0, 0.75);
     float under = smoothstep(-pixel, pixel, ridge - ray.y);

@@ -56,6 +56,8 @@ class _Plan:
         The part that is magnified, panel pixels in the viewport.
     heading_lines, note_lines : int
         What the longest heading and note come to.
+    magnified : int
+        Sheet pixels for each panel pixel of the detail.
     """
 
     cell_px: int
@@ -65,12 +67,8 @@ class _Plan:
     detail_px: tuple[int, int, int, int]
     heading_lines: int
     note_lines: int
+    magnified: int
     pixels_per_degree: float
-
-    @property
-    def magnified(self) -> int:
-        """Sheet pixels for each panel pixel of the detail."""
-        return _DETAIL_FACTOR * self.enlarge
 
     @property
     def band_px(self) -> int:
@@ -129,7 +127,8 @@ def _plan_for(view: Viewport, columns: list[Column], pixels_per_degree: float) -
     enlarge = max(1, min(ceil(_LEAST_CELL_PX / width), _MOST_ENLARGED_PX // height))
     shown = (max(1, width * enlarge // shrink), max(1, height * enlarge // shrink))
     cell = max(_LEAST_CELL_PX, shown[0])
-    cut_width = max(1, shown[0] // (_DETAIL_FACTOR * enlarge))
+    magnified = min(_DETAIL_FACTOR, width) * enlarge
+    cut_width = shown[0] // magnified
     cut_height = max(1, min(height // shrink, cut_width * 5 // 8))
     headings = [_heading(c, eye, first=c is columns[0]) for c in columns for eye in (0, 1)]
     return _Plan(
@@ -141,6 +140,7 @@ def _plan_for(view: Viewport, columns: list[Column], pixels_per_degree: float) -
         detail_px=((width - cut_width) // 2, (height - cut_height) // 2, cut_width, cut_height),
         heading_lines=max(len(_wrapped(text, cell, _MIDDLE_PX)) for text in headings),
         note_lines=max(len(_wrapped(text, cell, _SMALL_PX)) for c in columns for text in c.notes),
+        magnified=magnified,
         pixels_per_degree=pixels_per_degree,
     )
 

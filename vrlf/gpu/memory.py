@@ -94,6 +94,7 @@ class Texture:
     def read_into(self, buffer: NDArray[np.generic]) -> None:
         """Download into a kept array, without a new one a frame."""
         self._texture.read_into(buffer, alignment=1)
+        self._device.check(f"reading {self._label}")
 
     def filter(self, *, linear: bool) -> None:
         """Nearest or bilinear reads through a sampler."""
@@ -162,6 +163,8 @@ class Buffer:
 
     def write(self, data: NDArray[np.generic]) -> None:
         """Replace the contents; the size stays."""
+        if data.nbytes != self.nbytes:
+            raise ValueError(f"{self._label}: found {data.nbytes} bytes, wanted {self.nbytes}")
         self._buffer.write(np.ascontiguousarray(data).tobytes())
 
     def release(self) -> None:

@@ -68,6 +68,6 @@ def bench_of(rig: Rig) -> Bench:
         relief_mm=headset.eye_relief_mm,
         lens_power_per_mm=lens_power_d(headset) / MM_PER_M,
         lens_to_array_mm=headset.lens_to_panel_mm - gap_mm,
-        reduced_gap_mm=gap_mm / array.gap_index,
+        reduced_gap_mm=gap_mm / array.gap_index if has_array else 0.0,
         has_array=has_array,
     )

@@ -13,6 +13,7 @@ from vrlf.model import Eye, Rig
 from vrlf.optics import frames, polynomial, refraction
 from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.polynomial import Float
+from vrlf.optics.viewport import Side
 from vrlf.optics.wavefront import zernike_wavefront_um
 from vrlf.units import MM_PER_M, NM_PER_UM, REFERENCE_WAVELENGTH_NM, SLOPE_PER_PRISM_DIOPTRE
 
@@ -114,7 +115,7 @@ class EyeOptics:
         return any(other is not self.aberration[0] for other in self.aberration[1:])
 
 
-def eye_optics(rig: Rig, side: str) -> EyeOptics:
+def eye_optics(rig: Rig, side: Side) -> EyeOptics:
     """The optics of the eye on ``side`` ("left" or "right") of a rig."""
     eye: Eye = rig.left if side == "left" else rig.right
     added_d = accommodation_d(eye, bench_of(rig))

@@ -62,3 +62,15 @@ def sort_into(grid: BinGrid, crossings: Float) -> tuple[NDArray[np.int64], NDArr
     order = np.argsort(number, kind="stable")
     starts = np.searchsorted(number[order], np.arange(grid.count[0] * grid.count[1] + 1))
     return order, starts.astype(np.int32)
+
+
+def visits_per_ray(half_aperture: float) -> int:
+    """How often a search may meet a ray, at most: a bin may lie under four wide holes."""
+    return 4 if 2.0 * half_aperture * (1.0 + 2.0 / BINS_PER_HOLE) > 1.0 else 1
+
+
+def loop_turns(grid: BinGrid, half_aperture: float) -> float:
+    """Turns that a search of the bins under all holes of the grid takes, at most."""
+    holes = grid.size * grid.count + 2.0 * half_aperture + 1.0
+    lines = 2.0 * half_aperture / grid.size[1] + 2.0
+    return float(np.prod(holes) * (1.0 + lines))

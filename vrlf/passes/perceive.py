@@ -15,7 +15,7 @@ from vrlf.optics.bench import bench_of
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.samples import RayTable, footprint_scale, ray_tables, uses_area_means
 from vrlf.optics.viewport import SIDES, pitch_mm
-from vrlf.passes.bins import grid_over, sort_into
+from vrlf.passes.bins import BinGrid, grid_over, loop_turns, sort_into, visits_per_ray
 from vrlf.passes.fields import (
     LATTICE_FIELDS,
     SUBPIXEL_FIELDS,
@@ -56,6 +56,8 @@ PERCEIVE = Block(
 _KINDS = {"none": 0, "microlens": 1, "pinhole": 2}
 # Software GL ends all loops of an invocation after 65,535 turns, without a word.
 _LOOP_TURNS = 49152
+# What is left of them for finding the holes; a finer mask is sampled blindly.
+_HOLE_TURNS = 16384
 # Rays of one dispatch: a driver that resets after 2 s must not see more at once.
 _DISPATCH_RAYS = 1 << 29
 
@@ -112,7 +114,7 @@ class PerceiveTables:
         self.crossings, self.owners = lattice_rasters(device, rig, lattice)
         self.batches = [
             _batch(device, [_part(t, lattice, bench.array_from_panel, part) for t in flat], lattice)
-            for part in _parts(self.points, self.colours)
+            for part in _parts(self.points, self.colours * _visits(lattice))
         ]
 
     def release(self) -> None:
@@ -140,9 +142,16 @@ def _footprint_values(rig: Rig, lattice: Lattice | None) -> dict[str, float]:
     }
 
 
-def _parts(points: int, colours: int) -> list[slice]:
+def _visits(lattice: Lattice | None) -> int:
+    """How often a pixel's loops meet a ray, at most."""
+    if lattice is None or lattice.kind != "pinhole":
+        return 1
+    return visits_per_ray(lattice.half_aperture)
+
+
+def _parts(points: int, turns_per_point: int) -> list[slice]:
     """The table cut into batches that no loop limit stops."""
-    most = _LOOP_TURNS // colours
+    most = _LOOP_TURNS // turns_per_point
     count = ceil(points / most)
     edges = np.linspace(0, points, count + 1).astype(int)
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
@@ -167,14 +176,23 @@ def _part(table: RayTable, lattice: Lattice | None, array_from_panel: float, par
     return _Part(np.concatenate([phi, psi], axis=1), within, crossings)
 
 
+def _bins(parts: list[_Part], lattice: Lattice | None) -> BinGrid | None:
+    """The grid that holes' rays are sorted into; None where no search pays."""
+    if lattice is None or lattice.kind != "pinhole":
+        return None
+    grid = grid_over([part.crossings for part in parts], lattice.half_aperture)
+    turns = loop_turns(grid, lattice.half_aperture)
+    return grid if turns * max(1, len(parts) // 2) <= _HOLE_TURNS else None
+
+
 def _batch(device: Device, parts: list[_Part], lattice: Lattice | None) -> Batch:
     """Upload a batch; behind a mask its rays are sorted into bins."""
     rays = [part.rays for part in parts]
     within = [part.within for part in parts]
     starts = np.zeros(1, np.int32)
     bin_values: dict[str, Any] = {"bin_origin": (0, 0), "bin_cells": (1, 1), "bin_count": (0, 0)}
-    if lattice is not None and lattice.kind == "pinhole":
-        grid = grid_over([part.crossings for part in parts], lattice.half_aperture)
+    grid = _bins(parts, lattice)
+    if grid is not None:
         sorted_parts = [sort_into(grid, part.crossings) for part in parts]
         rays = [each[order] for each, (order, _) in zip(rays, sorted_parts, strict=True)]
         within = [each[order] for each, (order, _) in zip(within, sorted_parts, strict=True)]

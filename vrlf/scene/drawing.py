@@ -31,9 +31,9 @@ SCENE = Block(
     (
         Field("mat4", "clip_from_world", "view and projection of the eye"),
         Field("vec4", "eye", "where it is, metres"),
-        Field("vec4", "head_right", "the head's axes in the world"),
-        Field("vec4", "head_up", ""),
-        Field("vec4", "head_back", ""),
+        Field("vec4", "head_right", "the head's own right in the world"),
+        Field("vec4", "head_up", "its up"),
+        Field("vec4", "head_back", "and the way it does not look"),
         Field("vec4", "slopes", "left, bottom, right, top of what the canvas shows"),
         Field("vec4", "to_sun", "unit vector"),
         Field(

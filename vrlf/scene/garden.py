@@ -85,7 +85,7 @@ def plant_garden() -> Garden:
 def _grounds() -> list[Solid]:
     """Lawn, path, and the brick wall with its coping at the garden's end."""
     y = GROUND_Y_M
-    lawn = quad((-40.0, y, -0.5), (80.0, 0, 0), (0, 0, -40.0), Material.LAWN)
+    lawn = quad((-60.0, y, 40.0), (120.0, 0, 0), (0, 0, -90.0), Material.LAWN)
     path = quad((0.25, y + 0.01, -1.5), (0.9, 0, 0), (-1.4, 0, -8.4), Material.STONE)
     wall = quad((-7.0, y, -10.0), (9.6, 0, 0), (0, 1.75, 0), Material.BRICK)
     coping = box((-7.05, y + 1.75, -10.3), (2.65, y + 1.83, -9.94), Material.STONE)
