@@ -29,7 +29,6 @@ from vrlf.images import read_picture
 from vrlf.model import rig_names
 
 COMMANDS = tuple(sorted(vrlf.commands))
-TINY = ("--set", "panel.width_px=96", "--set", "panel.height_px=64")
 
 
 @pytest.fixture(scope="module")
@@ -212,9 +211,11 @@ def test_prefilter_writes_says_and_answers(tmp_path: Path, panel: Path) -> None:
 
 
 @pytest.mark.parametrize("method", ["none", "forward", "optimal"])
-def test_prefilter_goes_by_the_rigs_method(tmp_path: Path, panel: Path, method: str) -> None:
+def test_prefilter_goes_by_the_rigs_method(tmp_path: Path, method: str) -> None:
+    panel = exr_file(tmp_path / "small.exr", light(size_px=(48, 32)))
     shown = tmp_path / "shown.exr"
-    how = ("--set", f"prefilter.method={method}", "--json")
+    size = ("--set", "panel.width_px=48", "--set", "panel.height_px=32")
+    how = (*size, "--set", f"prefilter.method={method}", "--json")
     outcome = require_done(call("prefilter", panel, *LENSLETS, "-o", shown, *how))
     assert outcome.json()["method"] == method
     assert np.array_equal(read_picture(shown), read_picture(panel)) == (method == "none")

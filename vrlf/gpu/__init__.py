@@ -7,7 +7,7 @@ device       ``Device``: the context, its owner thread, its live objects
 memory       ``Texture`` and ``Buffer``
 blocks       uniform blocks declared once for numpy and GLSL
 sources      shader sources: includes, defines, honest line numbers
-compute      ``ComputePass``: a compute program and its uniform block
+compute      ``ComputePass``: a compute program and its uniform block; its variants
 draw         ``DrawPass``, ``Mesh`` and ``Canvas``: what the scene is drawn with
 timing       GPU timer queries
 ============ =====================================================================
@@ -18,7 +18,7 @@ Each object has one owner, which releases it; ``Device.live_objects`` counts wha
 from __future__ import annotations
 
 from vrlf.gpu.blocks import Block, Field, Struct
-from vrlf.gpu.compute import ComputePass
+from vrlf.gpu.compute import ComputePass, ComputeVariants
 from vrlf.gpu.device import Device, DeviceInfo
 from vrlf.gpu.draw import Canvas, DrawPass, Mesh
 from vrlf.gpu.memory import Buffer, Texture
@@ -29,6 +29,7 @@ __all__ = [
     "Buffer",
     "Canvas",
     "ComputePass",
+    "ComputeVariants",
     "Device",
     "DeviceInfo",
     "DrawPass",

@@ -82,6 +82,29 @@ class ComputePass:
             self._ticket = 0
 
 
+class ComputeVariants:
+    """Owns one shader's programs, one for each set of defines that was asked for so far."""
+
+    def __init__(self, device: Device, shader: str, block: Block) -> None:
+        self._device, self._shader, self._block = device, shader, block
+        self._programs: dict[tuple[tuple[str, Any], ...], ComputePass] = {}
+
+    def get(self, defines: Mapping[str, int | float | str]) -> ComputePass:
+        """The program for these defines, compiled when first needed."""
+        key = tuple(sorted(defines.items()))
+        if key not in self._programs:
+            self._programs[key] = ComputePass(
+                self._device, self._shader, self._block, defines=defines
+            )
+        return self._programs[key]
+
+    def release(self) -> None:
+        """Give the programs back."""
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()
+
+
 def check_block_size(program: Any, block: Block, shader: str) -> None:
     """Compare a block's declared size with the compiled program's."""
     try:

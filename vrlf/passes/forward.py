@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vrlf.gpu import Block, Buffer, ComputePass, Device, Field, Texture
+from vrlf.gpu import Block, Buffer, ComputeVariants, Device, Field, Texture
 from vrlf.model import Rig
 from vrlf.optics import polynomial
 from vrlf.optics.bench import bench_of
@@ -95,11 +95,11 @@ class Forward:
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._programs: dict[tuple[tuple[str, Any], ...], ComputePass] = {}
+        self._programs = ComputeVariants(device, "forward.comp", FORWARD)
 
     def run(self, tables: ForwardTables, target: Texture, shown: Texture) -> None:
         """Write the panel image for ``target`` into ``shown`` (rgba32f, the panel's size)."""
-        program = self._program(tables.defines)
+        program = self._programs.get(tables.defines)
         target.bind_sampler(0)
         shown.bind_image(0, read=False, write=True)
         tables.displacements.bind(0)
@@ -109,16 +109,6 @@ class Forward:
         program.run(*tables.size_px)
         self._device.check("prefiltering")
 
-    def _program(self, defines: dict[str, int | float | str]) -> ComputePass:
-        key = tuple(sorted(defines.items()))
-        if key not in self._programs:
-            self._programs[key] = ComputePass(
-                self._device, "forward.comp", FORWARD, defines=defines
-            )
-        return self._programs[key]
-
     def release(self) -> None:
         """Give the programs back."""
-        for program in self._programs.values():
-            program.release()
-        self._programs.clear()
+        self._programs.release()

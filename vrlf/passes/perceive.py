@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vrlf.gpu import Block, Buffer, ComputePass, Device, Field, Texture
+from vrlf.gpu import Block, Buffer, ComputePass, ComputeVariants, Device, Field, Texture
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
 from vrlf.optics.lattice import Lattice, lattice_of
@@ -217,7 +217,7 @@ class Perceive:
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._programs: dict[tuple[tuple[str, Any], ...], ComputePass] = {}
+        self._programs = ComputeVariants(device, "perceive.comp", PERCEIVE)
 
     def run(
         self, tables: PerceiveTables, panel: Texture, seen: Texture, *, exposure: float = 1.0
@@ -226,7 +226,7 @@ class Perceive:
 
         ``exposure`` multiplies what is seen.
         """
-        program = self._program(tables.defines)
+        program = self._programs.get({**tables.defines, "TRACE": 0})
         panel.bind_sampler(0)
         seen.bind_image(0, read=True, write=True)
         for index, batch in enumerate(tables.batches):
@@ -244,7 +244,7 @@ class Perceive:
 
         Holes keep their rays sorted; there ``point`` counts in that order.
         """
-        program = self._program({**tables.defines, "TRACE": 1})
+        program = self._programs.get({**tables.defines, "TRACE": 1})
         landing.bind_image(0, read=True, write=True)
         values = {"is_first": 1, "scale": 1.0, "batch_first": point}
         self._gather(program, tables, tables.batches[0], values)
@@ -273,17 +273,6 @@ class Perceive:
             program.set({**common, "first_row": first_row, "rows": rows})
             program.run(width, min(rows, height - first_row))
 
-    def _program(self, defines: dict[str, int | float | str]) -> ComputePass:
-        defines = {"TRACE": 0, **defines}
-        key = tuple(sorted(defines.items()))
-        if key not in self._programs:
-            self._programs[key] = ComputePass(
-                self._device, "perceive.comp", PERCEIVE, defines=defines
-            )
-        return self._programs[key]
-
     def release(self) -> None:
         """Give the programs back."""
-        for program in self._programs.values():
-            program.release()
-        self._programs.clear()
+        self._programs.release()
