@@ -113,7 +113,8 @@ def test_other_numbers_are_taken_at_their_value(renderer: vrlf.Renderer, dtype: 
 
 
 def test_without_a_renderer_the_result_is_the_same(renderer: vrlf.Renderer) -> None:
-    rig, target = small(), picture()
+    # Holes, so that an exposure that got lost would show.
+    rig, target = small("pinhole"), picture()
     panel = vrlf.prefilter(target, rig)
     assert np.array_equal(panel, vrlf.prefilter(target, rig, renderer=renderer))
     seen = vrlf.perceive(panel, rig, rays=RAYS, exposure="none")

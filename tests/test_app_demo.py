@@ -21,7 +21,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vrlf.app.demo import Chain, Gain, _table
-from vrlf.app.sheet import Column, _wrapped, draw_sheet
+from vrlf.app.sheet import Column, _busiest_part, _wrapped, draw_sheet
 from vrlf.evaluation.measure import likeness
 from vrlf.images import read_picture, srgb_encode, text_size
 from vrlf.model import load_rig
@@ -178,6 +178,13 @@ def test_small_viewports_are_enlarged_and_large_ones_shown_as_they_are() -> None
     assert largest_white_run(sheet_of(48, 64)) == 480
     assert largest_white_run(sheet_of(167, 48)) == 501
     assert largest_white_run(sheet_of(667, 200)) == 667
+
+
+def test_the_busiest_part_is_magnified() -> None:
+    picture = np.full((60, 80, 3), 0.3, np.float32)
+    picture[37:47, 51:67] = light(size_px=(16, 10))
+    assert _busiest_part(picture, 16, 10) == (slice(37, 47), slice(51, 67))
+    assert _busiest_part(picture, 80, 60) == (slice(0, 60), slice(0, 80))
 
 
 def test_a_long_title_is_wrapped() -> None:

@@ -120,9 +120,23 @@ def test_one_bad_channel_spoils_no_other(encoded: Encoded) -> None:
 
 # --- dither -----------------------------------------------------------------------------------
 
-PATCH = (96, 64, 3)
+PATCH = (256, 256, 3)
 # Light between codes, at both branches of the curve and near its ends.
-LEVELS = [1e-4, 0.0007, 0.003, 0.0031308, 0.0123, 0.05, 0.1234, 0.21404, 0.333, 0.5, 0.77, 0.9993]
+LEVELS = [
+    1e-4,
+    0.0007,
+    0.003,
+    0.0031308,
+    0.00341,
+    0.0123,
+    0.05,
+    0.1234,
+    0.21404,
+    0.333,
+    0.5,
+    0.77,
+    0.9993,
+]
 
 
 @pytest.mark.parametrize("level", LEVELS)
@@ -132,8 +146,9 @@ def test_dither_keeps_the_mean_light(encoded: Encoded, level: float) -> None:
     step = float(decode(np.array(below + 1)) - decode(np.array(below)))
     assert decode(np.array(below)) <= level <= decode(np.array(below + 1)), "codes enclose it"
     assert codes.max() <= below + 1
-    # Each pixel is off by at most half a step RMS, and 18432 are independent: four standard
-    # errors are 0.015 steps. Without dither the mean is off by up to half a step.
+    # Each code is off by at most half a step RMS, and 196608 are independent: four standard
+    # errors are 0.0045 steps. Without dither the mean is off by up to half a step, and where
+    # the place between two codes is told in codes and not in light by up to 0.007 of one.
     assert abs(decode(codes).mean() - level) < 4.0 * 0.5 * step / np.sqrt(codes.size)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -145,10 +143,10 @@ def test_a_turn_by_hand(name: str) -> None:
 
 
 def test_roll_comes_first_then_pitch_then_yaw() -> None:
-    """Turned right by 90, then up, the head looks up between right and ... never tilted back."""
+    """The pitch is about the turned ears, the roll about the pitched glance."""
     axes = head_axes(HeadPose(yaw_deg=90, pitch_deg=30))
     assert -axes[2] == pytest.approx([C, S, 0], abs=EXACT)
-    # Rolled by 90 and pitched: the right ear points down first, then the pitch turns none of it.
+    # A roll by 90 puts the right ear down; the pitch then tips it forward.
     axes = head_axes(HeadPose(pitch_deg=30, roll_deg=90))
     assert axes[0] == pytest.approx([0, -C, -S], abs=EXACT)
 
@@ -191,9 +189,8 @@ def test_whole_numbers_do_as_well_as_floats(rig: Rig) -> None:
     assert np.array_equal(whole, floats)
 
 
-def test_distortion_widens_the_seen_frustum(repo_root: Path) -> None:
+def test_distortion_widens_the_seen_frustum() -> None:
     """k > 0: the corner of the viewport, the farthest from the axis, is seen farthest out."""
-    assert (repo_root / "tests").is_dir()
     k1, k2 = 0.34, 0.55
     rig = load_rig("matched-microlens", overrides=[f"headset.distortion=[{k1},{k2}]"])
     plain, seen = panel_frustum(rig, "left"), seen_frustum(rig, "left")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,7 +31,8 @@ SKEW = (
     "headset.lens_separation_mm=17.0",
     "headset.lens_height_mm=2.0",
 )
-BENT = (*SKEW, "headset.distortion=[0.34,0.55]")
+# Both terms move the marker by several pixels.
+BENT = (*SKEW, "headset.distortion=[-0.5,20.0]")
 
 # An L in metres, lower left and upper right corners of its arms: long upward, short to the right.
 MARKER_Z_M = -0.6
@@ -223,8 +223,7 @@ def test_the_canvas_follows_the_limits() -> None:
     assert size_px[0] * size_px[1] * 4 > MOST_SAMPLES
 
 
-def test_a_canvas_for_distortion_is_as_dense_in_the_middle(repo_root: Path) -> None:
-    assert (repo_root / "shaders" / "scene").is_dir()
+def test_a_canvas_for_distortion_is_as_dense_in_the_middle() -> None:
     rig = load_rig("bare", overrides=BENT)
     plain = canvas_size(load_rig("bare", overrides=SKEW), 16384, 3)[1]
     bent = canvas_size(rig, 16384, 3)[1]

@@ -52,8 +52,8 @@ class _Plan:
         Sheet pixels for each panel pixel, and panel pixels for each sheet pixel; one is 1.
     shown_px : (width, height)
         Of a viewport.
-    detail_px : (column, row, width, height)
-        The part that is magnified, panel pixels in the viewport.
+    detail_px : (width, height)
+        Of the part that is magnified, panel pixels.
     heading_lines, note_lines : int
         What the longest heading and note come to.
     magnified : int
@@ -64,7 +64,7 @@ class _Plan:
     enlarge: int
     shrink: int
     shown_px: tuple[int, int]
-    detail_px: tuple[int, int, int, int]
+    detail_px: tuple[int, int]
     heading_lines: int
     note_lines: int
     magnified: int
@@ -74,7 +74,7 @@ class _Plan:
     def band_px(self) -> int:
         """Height of all that belongs to one eye."""
         text = self.heading_lines * _line(_MIDDLE_PX) + (self.note_lines + 1) * _line(_SMALL_PX)
-        return text + self.shown_px[1] + self.detail_px[3] * self.magnified + 3 * _GAP_PX
+        return text + self.shown_px[1] + self.detail_px[1] * self.magnified + 3 * _GAP_PX
 
 
 def draw_sheet(
@@ -90,7 +90,7 @@ def draw_sheet(
     Parameters
     ----------
     columns : list of Column
-        From left to right.
+        From left to right. The first one's picture says which part is worth magnifying.
     views : the left and the right eye's viewport
         Of one size.
     pixels_per_degree : float
@@ -112,11 +112,12 @@ def draw_sheet(
     _draw_lines(sheet, heads[0], _MARGIN_PX, _MARGIN_PX, _LARGE_PX, _INK)
     _draw_lines(sheet, heads[1], _MARGIN_PX, below_title, _MIDDLE_PX, _QUIET)
     for eye, view in enumerate(views):
+        part = _busiest_part(columns[0].picture[:, view.columns], *plan.detail_px)
         for number, column in enumerate(columns):
             corner = (_MARGIN_PX + number * (plan.cell_px + _GAP_PX), top + eye * plan.band_px)
             half = np.clip(column.picture[:, view.columns], 0.0, 1.0)
             heading = _heading(column, eye, first=number == 0)
-            _draw_cell(sheet, half, heading, column.notes[eye], plan, corner)
+            _draw_cell(sheet, half, part, heading, column.notes[eye], plan, corner)
     _draw_lines(sheet, foot, _MARGIN_PX, bottom, _MIDDLE_PX, _INK)
     return sheet
 
@@ -136,8 +137,7 @@ def _plan_for(view: Viewport, columns: list[Column], pixels_per_degree: float) -
         enlarge=enlarge,
         shrink=shrink,
         shown_px=shown,
-        # From the middle of the picture.
-        detail_px=((width - cut_width) // 2, (height - cut_height) // 2, cut_width, cut_height),
+        detail_px=(cut_width, cut_height),
         heading_lines=max(len(_wrapped(text, cell, _MIDDLE_PX)) for text in headings),
         note_lines=max(len(_wrapped(text, cell, _SMALL_PX)) for c in columns for text in c.notes),
         magnified=magnified,
@@ -178,22 +178,40 @@ def _draw_lines(
         draw_text(sheet, line, x, y + number * _line(size_px), size_px=size_px, color=color)
 
 
+def _busiest_part(picture: Image, width: int, height: int) -> tuple[slice, slice]:
+    """Rows and columns of the part with most edges: there a blur and its cure are seen best."""
+    lightness = np.sqrt(np.clip(picture, 0.0, 1.0)).mean(axis=-1, dtype=np.float64)
+    edges = np.zeros((lightness.shape[0] + 1, lightness.shape[1] + 1))
+    edges[2:, 1:] += np.abs(np.diff(lightness, axis=0))
+    edges[1:, 2:] += np.abs(np.diff(lightness, axis=1))
+    sums = edges.cumsum(axis=0).cumsum(axis=1)
+    inside = sums[height:, width:] - sums[:-height, width:] - sums[height:, :-width]
+    inside += sums[:-height, :-width]
+    row, column = (int(n) for n in np.unravel_index(int(inside.argmax()), inside.shape))
+    return slice(row, row + height), slice(column, column + width)
+
+
 def _draw_cell(
-    sheet: Image, half: Image, heading: str, note: str, plan: _Plan, corner: tuple[int, int]
+    sheet: Image,
+    half: Image,
+    part: tuple[slice, slice],
+    heading: str,
+    note: str,
+    plan: _Plan,
+    corner: tuple[int, int],
 ) -> None:
     """Heading, the viewport, its note, the detail magnified, each with its scale."""
     x, y = corner
     _draw_lines(sheet, _wrapped(heading, plan.cell_px, _MIDDLE_PX), x, y, _MIDDLE_PX, _INK)
     y += plan.heading_lines * _line(_MIDDLE_PX)
     picture = _resized(half, plan)
-    _draw_frame(picture, plan)
+    _draw_frame(picture, part, plan)
     _paste(sheet, picture, x, y)
     _draw_scale(sheet, x, y, picture, plan.pixels_per_degree * plan.enlarge / plan.shrink)
     y += picture.shape[0] + 4
     _draw_lines(sheet, _wrapped(note, plan.cell_px, _SMALL_PX), x, y, _SMALL_PX, _INK)
     y += plan.note_lines * _line(_SMALL_PX)
-    column, row, width, height = plan.detail_px
-    large = resize_nearest(half[row : row + height, column : column + width], plan.magnified)
+    large = resize_nearest(half[part], plan.magnified)
     _paste(sheet, large, x, y)
     _draw_scale(sheet, x, y, large, plan.pixels_per_degree * plan.magnified, longest_deg=1.0)
     y += large.shape[0] + 4
@@ -211,11 +229,13 @@ def _paste(sheet: Image, picture: Image, x: int, y: int) -> None:
     sheet[y : y + picture.shape[0], x : x + picture.shape[1]] = picture
 
 
-def _draw_frame(picture: Image, plan: _Plan) -> None:
+def _draw_frame(picture: Image, part: tuple[slice, slice], plan: _Plan) -> None:
     """A line of two pixels around the part that is magnified."""
-    column, row, width, height = (n * plan.enlarge // plan.shrink for n in plan.detail_px)
-    top, left = max(row - 2, 0), max(column - 2, 0)
-    bottom, right = row + height + 2, column + width + 2
+    (top, bottom), (left, right) = (
+        (each.start * plan.enlarge // plan.shrink, each.stop * plan.enlarge // plan.shrink)
+        for each in part
+    )
+    top, left, bottom, right = max(top - 2, 0), max(left - 2, 0), bottom + 2, right + 2
     for rows, columns in (
         (slice(top, top + 2), slice(left, right)),
         (slice(bottom - 2, bottom), slice(left, right)),

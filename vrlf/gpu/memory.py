@@ -109,12 +109,6 @@ class Texture:
         """For ``layout(binding = unit) uniform image2D``."""
         self._texture.bind_to_image(unit, read=read, write=write)
 
-    def build_mipmaps(self) -> None:
-        """Smaller copies, and trilinear reads between them."""
-        self._texture.build_mipmaps()
-        self._texture.filter = (0x2703, 0x2601)  # GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR
-        self._device.check(f"shrinking {self._label}")
-
     def as_framebuffer(self, depth: Any) -> Any:
         """A framebuffer that draws into this texture; its maker releases it."""
         return self._device.context.framebuffer([self._texture], depth)
