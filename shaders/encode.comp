@@ -35,7 +35,7 @@ uint quantised(float value) {
     return low;
 }
 
-// Dither in the encoded domain: between codes k and k + 1 the nearer one is the likelier.
+// Dither: between codes k and k + 1 the nearer one, in linear light, is the likelier.
 uint dithered(float value, float noise) {
     uint below = quantised(value);
     // quantised() rounds; from the rounded code find the codes that enclose the value.

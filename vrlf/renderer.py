@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Literal, Protocol, Self
+from typing import Any, Literal, Protocol, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -63,6 +63,8 @@ class Renderer(Protocol):
 
 def exposure_factor(rig: Rig, exposure: Exposure) -> float:
     """``auto`` makes up for the light that the array takes; ``none`` shows it as it is."""
+    if exposure not in get_args(Exposure):
+        raise InputError(f"exposure: found {exposure!r}, wanted 'auto' or 'none'")
     lattice = lattice_of(rig)
     if exposure == "none" or lattice is None:
         return 1.0
@@ -92,8 +94,9 @@ def fitted(
 def checked_image(image: ArrayLike, rig: Rig, what: str) -> Image:
     """A picture on the panel's raster as float32, or an error that says what it is instead."""
     try:
-        array = np.asarray(image, dtype=np.float32)
-    except (TypeError, ValueError) as error:
+        with np.errstate(over="ignore"):  # what is too large for 32 bits is refused below
+            array = np.asarray(image, dtype=np.float32)
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{what}: found no array of numbers ({error}), wanted one") from None
     wanted = (rig.panel.height_px, rig.panel.width_px, 3)
     if array.shape != wanted:
@@ -110,7 +113,7 @@ def checked_image(image: ArrayLike, rig: Rig, what: str) -> Image:
 
 def check_rays(rays: int) -> None:
     """Refuse a number of rays that means nothing, or that no table holds."""
-    if not 1 <= rays <= MAX_POINTS:
+    if isinstance(rays, bool) or not isinstance(rays, int) or not 1 <= rays <= MAX_POINTS:
         raise InputError(f"rays: found {rays}, wanted a whole number from 1 to {MAX_POINTS}")
 
 
@@ -138,6 +141,7 @@ class GpuRenderer:
         self._encode: Encode | None = None
         self._optimal: Optimal | None = None
         self._kept: dict[str, _Kept] = {}
+        self._released = False
 
     def target(self, source: StereoSource, rig: Rig, fit: FitMode = "contain") -> Image:
         """See ``Renderer.target``."""
@@ -228,6 +232,11 @@ class GpuRenderer:
 
     def release(self) -> None:
         """Give everything back, the device too if it is this renderer's own."""
+        if self._released:
+            return
+        self._released = True
+        # OpenGL releases by number: in another renderer's context that number is another's.
+        self.device.make_current()
         for kept in self._kept.values():
             kept.tables.release()
         self._kept.clear()

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vrlf.images import draw_text, resize_area, resize_nearest, text_size
 from vrlf.optics.viewport import Viewport
@@ -30,6 +31,8 @@ _LEAST_CELL_PX = 480
 _MOST_ENLARGED_PX = 2000
 _MOST_SHOWN_PX = 3000
 _DETAIL_FACTOR = 4
+# The detail's width over that of the finest edge which makes it worth a look.
+_EDGE_PARTS = 40
 _SCALE_BARS_DEG = (5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 
 
@@ -179,16 +182,27 @@ def _draw_lines(
 
 
 def _busiest_part(picture: Image, width: int, height: int) -> tuple[slice, slice]:
-    """Rows and columns of the part with most edges: there a blur and its cure are seen best."""
+    """Rows and columns of the part with most edges: there a blur and its cure are seen best.
+
+    Edges count after a little smoothing, so that they are such as an array can carry.
+    """
     lightness = np.sqrt(np.clip(picture, 0.0, 1.0)).mean(axis=-1, dtype=np.float64)
-    edges = np.zeros((lightness.shape[0] + 1, lightness.shape[1] + 1))
-    edges[2:, 1:] += np.abs(np.diff(lightness, axis=0))
-    edges[1:, 2:] += np.abs(np.diff(lightness, axis=1))
-    sums = edges.cumsum(axis=0).cumsum(axis=1)
-    inside = sums[height:, width:] - sums[:-height, width:] - sums[height:, :-width]
-    inside += sums[:-height, :-width]
-    row, column = (int(n) for n in np.unravel_index(int(inside.argmax()), inside.shape))
+    reach = max(1, min(width // _EDGE_PARTS, height // 4))
+    means = _box_sums(lightness, reach, reach) / reach**2
+    edges = np.zeros_like(lightness)
+    rows, columns = means.shape[0] - reach, means.shape[1] - reach
+    edges[: max(rows, 0), : means.shape[1]] += np.abs(means[reach:] - means[:-reach])
+    edges[: means.shape[0], : max(columns, 0)] += np.abs(means[:, reach:] - means[:, :-reach])
+    sums = _box_sums(edges, width, height)
+    row, column = (int(n) for n in np.unravel_index(int(sums.argmax()), sums.shape))
     return slice(row, row + height), slice(column, column + width)
+
+
+def _box_sums(values: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
+    """Sum over the box of that size that begins at each pixel, where it fits."""
+    whole = np.pad(values.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    bands: NDArray[np.float64] = whole[height:] - whole[:-height]
+    return bands[:, width:] - bands[:, :-width]
 
 
 def _draw_cell(

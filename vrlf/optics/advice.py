@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import atan, ceil, degrees
 
+import numpy as np
+
 from vrlf.model import Rig
 from vrlf.optics import limits
 from vrlf.optics.bench import Bench, bench_of
@@ -24,6 +26,8 @@ _SHARP_PX = 1.5
 # Lenslets whose own blur is below this many pixels count as focused.
 _FOCUSED_PX = 3.0
 _DIM = 0.25
+# Rounding leaves 1e-16 where accommodation reaches its aim.
+_UNREACHED = 1e-9
 # A pupil wider than the eyebox by less than this sees next to nothing twice.
 _COVERED = 0.98
 
@@ -75,8 +79,10 @@ def _given_advice(rig: Rig, side: Side, optics: EyeOptics) -> list[str]:
                 f"the wavefront was measured over {eye.zernike.diameter_mm:g} mm and is continued "
                 f"to the pupil's {eye.pupil_mm:g} mm"
             )
-    amplitude_d = amplitude_of_accommodation_d(eye.age_years)
-    if eye.accommodation == "best" and optics.accommodation_d >= amplitude_d > 0.0:
+    blur = limits.blur_matrix(bench_of(rig), optics)
+    # What is left on the far-sighted side was beyond the eye's reach.
+    if eye.accommodation == "best" and float(np.trace(blur)) > _UNREACHED:
+        amplitude_d = amplitude_of_accommodation_d(eye.age_years)
         sentences.append(f"accommodation is at its limit of {amplitude_d:.2f} D")
     view = viewport(rig, side)
     column, row = axis_in_viewport_px(rig, view)
@@ -99,7 +105,7 @@ def _correction_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOpti
             f"its plane of focus at {focus_mm:.1f} mm lies {distance_mm:.1f} mm from the array, "
             f"beyond its depth of field of {found.depth_of_field_mm:.1f} mm"
         )
-    sentences += _focus_advice(rig, bench, lattice, optics, focus_mm)
+    sentences += _focus_advice(rig, bench, lattice, optics)
     if found.eyebox_mm < _COVERED * optics.pupil_mm:
         seen = ceil((optics.pupil_mm / found.eyebox_mm) ** 2)
         sentences.append(
@@ -112,9 +118,7 @@ def _correction_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOpti
     return sentences
 
 
-def _focus_advice(
-    rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOptics, focus_mm: float | None
-) -> list[str]:
+def _focus_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOptics) -> list[str]:
     """Whether the openings are sharp for this eye."""
     blur_px = limits.opening_blur_mm(bench, lattice, optics) / pitch_mm(rig)
     if blur_px <= _FOCUSED_PX:
@@ -123,7 +127,7 @@ def _focus_advice(
         return [
             f"one hole alone blurs a point over {blur_px:.1f} pixels: smaller holes are sharper"
         ]
-    best_mm = limits.best_focal_mm(bench, focus_mm)
+    best_mm = limits.best_focal_mm(bench, limits.signed_focus_mm(bench, optics))
     remedy = (
         "no converging lenslet does"
         if best_mm is None

@@ -55,13 +55,12 @@ def eye_numbers(rig: Rig, side: Side) -> dict[str, float | None]:
     residual = residual_matrix_d(bench, optics)
     rx = sphero_cylinder(residual)
     blur_mm = optics.pupil_mm * limits.worst_meridian(limits.blur_matrix(bench, optics))
-    focus_mm = limits.focus_distance_mm(bench, optics)
     numbers: dict[str, float | None] = {
         "sphere_d": rx.sphere_d,
         "cylinder_d": rx.cylinder_d,
         "axis_deg": rx.axis_deg,
         "mean_error_d": float(np.trace(residual)) / 2.0,
-        "focus_distance_mm": focus_mm,
+        "focus_distance_mm": limits.focus_distance_mm(bench, optics),
         "blur_mm": blur_mm,
         "blur_px": blur_mm / pitch_mm(rig),
         "accommodation_d": optics.accommodation_d,
@@ -71,6 +70,7 @@ def eye_numbers(rig: Rig, side: Side) -> dict[str, float | None]:
     if lattice is not None:
         spread_px = limits.opening_blur_mm(bench, lattice, optics) / pitch_mm(rig)
         numbers["corrected_blur_px"] = spread_px + limits.seen_pixel_px(bench, optics)
+        focus_mm = limits.signed_focus_mm(bench, optics)
         numbers["best_focal_mm"] = limits.best_focal_mm(bench, focus_mm)
     return numbers
 

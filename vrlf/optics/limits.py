@@ -16,6 +16,7 @@ from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.eye import EyeOptics
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
+from vrlf.optics.samples import footprint_scale
 from vrlf.optics.viewport import pitch_mm
 from vrlf.units import MM_PER_M, NM_PER_MM, UM_PER_MM
 
@@ -66,26 +67,31 @@ def worst_meridian(matrix: Float) -> float:
     return float(np.abs(np.linalg.eigvalsh(matrix)).max())
 
 
-def focus_distance_mm(bench: Bench, optics: EyeOptics) -> float | None:
-    """Plane of focus before the headset lens, of the mean error; None if it is not in front.
+def signed_focus_mm(bench: Bench, optics: EyeOptics) -> float:
+    """Plane of focus of the mean error, d_f: negative behind the lens, infinite at infinity.
 
     1 / (F - R / (1 + e R)), R in 1/mm. T 8.4 for e = 0 and F = 1/d.
     """
     mean_per_mm = float(np.trace(optics.matrix_d)) / 2.0 / MM_PER_M
     at_lens = 1.0 + bench.relief_mm * mean_per_mm
-    if at_lens == 0.0:
-        return None
-    power = bench.lens_power_per_mm - mean_per_mm / at_lens
-    # A power of 1e-9 per mm is a plane of focus a thousand kilometres off.
-    return 1.0 / power if power > 1e-9 else None
+    difference = bench.lens_power_per_mm * at_lens - mean_per_mm
+    return at_lens / difference if difference != 0.0 else inf
 
 
-def best_focal_mm(bench: Bench, focus_mm: float | None) -> float | None:
+def focus_distance_mm(bench: Bench, optics: EyeOptics) -> float | None:
+    """``signed_focus_mm`` where it is in front of the headset lens, else None."""
+    focus_mm = signed_focus_mm(bench, optics)
+    # A plane of focus a thousand kilometres off is none.
+    return focus_mm if 0.0 < focus_mm < 1e9 else None
+
+
+def best_focal_mm(bench: Bench, focus_mm: float) -> float | None:
     """Focal length of lenslets that image the panel onto the plane of focus.
 
-    1/f = 1/g + 1/(s_a - d_f), signs kept; None where no converging array serves.
+    1/f = 1/g + 1/(s_a - d_f), signs kept (``signed_focus_mm``); None where no converging
+    array serves.
     """
-    distance_mm = -inf if focus_mm is None else bench.lens_to_array_mm - focus_mm
+    distance_mm = bench.lens_to_array_mm - focus_mm
     if distance_mm == 0.0:
         return None  # the eye focuses on the array itself: no lenslet images anything there
     power = 1.0 / bench.reduced_gap_mm + 1.0 / distance_mm
@@ -114,8 +120,12 @@ def opening_blur_mm(bench: Bench, lattice: Lattice, optics: EyeOptics) -> float:
     phi = bench.array_defocus_factor * np.eye(2) + at_array
     unfocused = worst_meridian(blur_matrix(bench, optics) - lattice.bend * phi)
     opening_mm = 2.0 * min(lattice.half_aperture, 0.5) * lattice.pitch_mm
-    # The pupil may be smaller than what the opening lets through.
-    return min(reach * opening_mm, optics.pupil_mm) * unfocused
+    # An opening's rays spread over the pupil by (m / g) (1 - (g / f) a): it may be smaller.
+    kappa = abs(footprint_scale(bench, lattice))
+    through_mm = reach * opening_mm
+    if through_mm * kappa > optics.pupil_mm:
+        through_mm = optics.pupil_mm / kappa
+    return through_mm * unfocused
 
 
 def barrier_field_mm(bench: Bench, lattice: Lattice, optics: EyeOptics) -> float:
@@ -125,4 +135,4 @@ def barrier_field_mm(bench: Bench, lattice: Lattice, optics: EyeOptics) -> float
     """
     half = optics.pupil_mm / 2.0
     half += lattice.pitch_mm * bench.array_per_slope_mm / (2.0 * bench.reduced_gap_mm)
-    return half / bench.relief_factor if bench.relief_factor > 0.0 else inf
+    return half / abs(bench.relief_factor) if bench.relief_factor != 0.0 else inf
