@@ -10,6 +10,7 @@ sources      shader sources: includes, defines, honest line numbers
 compute      ``ComputePass``: a compute program and its uniform block; its variants
 draw         ``DrawPass``, ``Mesh`` and ``Canvas``: what the scene is drawn with
 timing       GPU timer queries
+window       ``Window``: a window whose context a device can use
 ============ =====================================================================
 
 Each object has one owner, which releases it; ``Device.live_objects`` counts what is left.
