@@ -31,11 +31,13 @@ FILES = [
     "numbers.json",
     "overview.png",
     "panel.png",
+    "perceived-with-optimal.png",
     "perceived-with.png",
     "perceived-without.png",
     "target.png",
 ]
 QUICK = ("--rays", "4")
+OPTIMAL = f"{LENSLETS[1]}, optimal prefilter"
 
 
 @pytest.fixture(scope="module")
@@ -55,16 +57,23 @@ def test_demo_shows_the_whole_chain(scene_demo: tuple[Path, Outcome]) -> None:
     require_done(outcome)
     assert left_in(folder) == FILES
     assert outcome.out.endswith(f"The picture to open: {folder / 'overview.png'}\n")
-    for name in (LENSLETS[1], "matched-full", "thesis-minus-5d"):
+    for name in (LENSLETS[1], OPTIMAL, "matched-full", "thesis-minus-5d"):
         assert f"    {name}: left" in outcome.out
         assert f"{name}: what the eyes see (4 rays a pixel)" in outcome.lines
-    for name in ("target", "panel", "perceived-with", "perceived-without"):
+    for name in (
+        "target",
+        "panel",
+        "perceived-with",
+        "perceived-without",
+        "perceived-with-optimal",
+    ):
         assert read_picture(folder / f"{name}.png").shape == (64, 96, 3)
     numbers = json.loads((folder / "numbers.json").read_text())
     assert numbers["rays"] == 4
     for side in ("left", "right"):
         before, after = (numbers["rigs"][LENSLETS[1]][side][key] for key in ("without", "with"))
         assert after["psnr_db"] > before["psnr_db"]  # what the demo is there to show
+        assert numbers["rigs"][OPTIMAL][side]["with"]["psnr_db"] > before["psnr_db"]
         # T 6.1: 10 log10 (1 / rmse^2); rounding of float64.
         assert after["psnr_db"] == pytest.approx(-20.0 * np.log10(after["rmse"]), abs=1e-9)
 
@@ -138,7 +147,7 @@ def test_demo_leaves_out_arrays_that_do_not_fit_the_headset(tmp_path: Path) -> N
     command = ("demo", *LENSLETS, *near, *QUICK, "--source", "chart:marks")
     outcome = require_done(call(*command, "-o", tmp_path, "--json"))
     # The thesis's array stands 6 mm before the panel.
-    assert list(outcome.json()["rigs"]) == [LENSLETS[1], "matched-full"]
+    assert list(outcome.json()["rigs"]) == [LENSLETS[1], OPTIMAL, "matched-full"]
     assert [line for line in outcome.lines if "left out" in line and "array.gap_mm" in line]
 
 

@@ -28,6 +28,8 @@ from vrlf.renderer import DEFAULT_RAYS, GpuRenderer, Image
 # serves, and the thesis's own, which gains nothing in a headset.
 _OTHERS = ("matched-full", "thesis-minus-5d")
 _PICTURES = ("target", "panel", "perceived-without", "perceived-with", "overview")
+_OPTIMAL = "optimal prefilter"
+_OPTIMAL_PICTURE = "perceived-with-optimal"
 
 
 @dataclass(frozen=True)
@@ -82,8 +84,9 @@ def demo(output: str, source: str, rays: int, as_json: bool, **options: Any) -> 
     """Show the whole chain: target, panel image, and what each eye sees with and without it.
 
     Writes target.png, panel.png, perceived-without.png, perceived-with.png, numbers.json and
-    overview.png, the one to open, into the folder DIR. Two other arrays before the same eyes
-    are measured for comparison. Takes about a minute where the CPU does the GPU's work.
+    overview.png, the one to open, into the folder DIR. The optimal prefilter and two other
+    arrays before the same eyes are measured for comparison. Takes one to two minutes where the
+    CPU does the GPU's work.
 
     \b
     Examples:
@@ -93,11 +96,14 @@ def demo(output: str, source: str, rays: int, as_json: bool, **options: Any) -> 
     choice = rig_choice(options)
     rig = choice.load()
     require_picture_size(rig)
-    rigs = {choice.name: rig} | _comparisons(rig, choice.name)
+    rigs = {choice.name: rig} | _optimal(rig, choice.name) | _comparisons(rig, choice.name)
     with _results_folder(output) as folder:
         with GpuRenderer() as renderer:
             say(f"GPU: {renderer.device.info.renderer}")
-            chains = [run_chain(name, each, source, renderer, rays) for name, each in rigs.items()]
+            plain: dict[Any, tuple[Image, Image]] = {}
+            chains = [
+                run_chain(name, each, source, renderer, rays, plain) for name, each in rigs.items()
+            ]
             _write_pictures(folder, chains, renderer)
         numbers = _numbers(chains, source, rays)
         atomic_write_text(folder / "numbers.json", json.dumps(numbers, indent=2) + "\n")
@@ -115,14 +121,24 @@ def _results_folder(output: str) -> Iterator[Path]:
     was_there = Path(output).exists() if "\0" not in output else False
     folder = make_folder(output)
     try:
-        for name in (*(f"{picture}.png" for picture in _PICTURES), "numbers.json"):
-            check_target(folder / name)
+        for picture in (*_PICTURES, _OPTIMAL_PICTURE):
+            check_target(folder / f"{picture}.png")
+        check_target(folder / "numbers.json")
         yield folder
     except BaseException:
         if not was_there:
             with contextlib.suppress(OSError):  # something is in it, and stays
                 folder.rmdir()
         raise
+
+
+def _optimal(rig: Rig, name: str) -> dict[str, Rig]:
+    """The same rig with the optimal prefilter, where that is not its own and can be had."""
+    bare, walled = rig.array.kind == "none", rig.array.barriers == "perpendicular"
+    if rig.prefilter.method != "forward" or bare or walled:
+        return {}
+    prefilter = rig.prefilter.model_copy(update={"method": "optimal"})
+    return {f"{name}, {_OPTIMAL}": rig.model_copy(update={"prefilter": prefilter})}
 
 
 def _comparisons(rig: Rig, name: str) -> dict[str, Rig]:
@@ -141,14 +157,27 @@ def _comparisons(rig: Rig, name: str) -> dict[str, Rig]:
     return found
 
 
-def run_chain(name: str, rig: Rig, source: str, renderer: GpuRenderer, rays: int) -> Chain:
-    """Target, panel image, and what both eyes see of the target bare and of the panel image."""
-    say(f"{shown(name)}: target")
-    target = target_of(source, rig, renderer, SourceOptions(fit="cover"))
+def run_chain(
+    name: str,
+    rig: Rig,
+    source: str,
+    renderer: GpuRenderer,
+    rays: int,
+    plain: dict[Any, tuple[Image, Image]],
+) -> Chain:
+    """Target, panel image, and what both eyes see of the target bare and of the panel image.
+
+    ``plain`` keeps targets and bare views, which rigs with the same panel and eyes share.
+    """
+    key = (rig.panel, rig.headset, rig.left, rig.right)
+    if key not in plain:
+        say(f"{shown(name)}: target, and what the eyes see of it")
+        target = target_of(source, rig, renderer, SourceOptions(fit="cover"))
+        plain[key] = (target, renderer.perceive(target, bare_rig(rig), rays=rays))
+    target, bare = plain[key]
     say(f"{shown(name)}: panel image")
     panel = renderer.prefilter(target, rig)
     say(f"{shown(name)}: what the eyes see ({rays} rays a pixel)")
-    bare = renderer.perceive(target, bare_rig(rig), rays=rays)
     seen = renderer.perceive(panel, rig, rays=rays)
     gains = [_gain(bare, seen, target, rig, side) for side in SIDES]
     return Chain(name, rig, target, panel, bare, seen, (gains[0], gains[1]))
@@ -172,23 +201,32 @@ def _write_pictures(folder: Path, chains: list[Chain], renderer: GpuRenderer) ->
     pictures = (first.target, first.panel, first.uncorrected, first.corrected, _overview(chains))
     for name, picture in zip(_PICTURES, pictures, strict=True):
         write_encoded(folder / f"{name}.png", renderer.encode(picture))
+    optimal = _optimal_chain(chains)
+    if optimal is not None:
+        write_encoded(folder / f"{_OPTIMAL_PICTURE}.png", renderer.encode(optimal.corrected))
+
+
+def _optimal_chain(chains: list[Chain]) -> Chain | None:
+    return next((chain for chain in chains if chain.name.endswith(_OPTIMAL)), None)
 
 
 def _overview(chains: list[Chain]) -> Image:
     first = chains[0]
     rig, numbers = first.rig, inspect_rig(first.rig)
     ppd = numbers["display"]["pixels_per_degree"]
-    before, after = [], []
+    before = []
     for side, gain in zip(SIDES, first.gains, strict=True):
         blur = f"a point blurs over {numbers[side]['blur_px']:.1f} pixels"
         before.append(blur if gain is None else f"{_db(gain.without)}, {blur}")
-        after.append("" if gain is None else f"{_db(gain.corrected)}{_added(gain)}")
     columns = [
         Column("meant: the target", first.target, ("what the eye should see",) * 2),
         Column("shown: the panel image", first.panel, (_array_note(rig),) * 2),
         Column("seen without correction", first.uncorrected, (before[0], before[1])),
-        Column("seen with correction", first.corrected, (after[0], after[1])),
+        Column("seen with correction", first.corrected, _after(first)),
     ]
+    optimal = _optimal_chain(chains)
+    if optimal is not None:
+        columns.append(Column(f"seen with the {_OPTIMAL}", optimal.corrected, _after(optimal)))
     subtitle = (
         f"left {_paper(rig, 'left')}, right {_paper(rig, 'right')}, pupils {rig.left.pupil_mm:g} "
         f"and {rig.right.pupil_mm:g} mm; {rig.panel.width_px} x {rig.panel.height_px} pixels of "
@@ -197,6 +235,14 @@ def _overview(chains: list[Chain]) -> Image:
     )
     views = (viewport(rig, "left"), viewport(rig, "right"))
     return draw_sheet(f"vrlf: {shown(first.name)}", subtitle, columns, views, ppd, _table(chains))
+
+
+def _after(chain: Chain) -> tuple[str, str]:
+    """What the correction gives each eye."""
+    left, right = (
+        "" if gain is None else f"{_db(gain.corrected)}{_added(gain)}" for gain in chain.gains
+    )
+    return left, right
 
 
 def _paper(rig: Rig, side: Side) -> str:
