@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from vrlf.gpu import Device, Texture
+from vrlf.gpu import Device, Texture, compute
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
 from vrlf.optics.eye import aberration_at, eye_optics
@@ -297,12 +297,12 @@ def count_groups(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """A list that grows with each dispatch of the perception pass."""
     dispatched: list[int] = []
 
-    class Counting(perceive_pass.ComputePass):
+    class Counting(compute.ComputePass):
         def run(self, width_px: int, height_px: int = 1, layers: int = 1) -> None:
             dispatched.append(height_px)
             super().run(width_px, height_px, layers)
 
-    monkeypatch.setattr(perceive_pass, "ComputePass", Counting)
+    monkeypatch.setattr(compute, "ComputePass", Counting)
     return dispatched
 
 
