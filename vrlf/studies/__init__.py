@@ -4,6 +4,7 @@
 file       holds
 ========== ==========================================================================
 bench      how long each pass takes at several panel sizes, against its float64 twin
+quality    how near each prefilter brings what is perceived to what it should be
 steps      what bench times: passes, the making of their tables, twins
 ========== ==========================================================================
 """
