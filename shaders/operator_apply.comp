@@ -11,12 +11,11 @@ layout(binding = 0) uniform sampler2D light;
 layout(binding = 1) uniform sampler2D target;
 layout(binding = 0, rgba32f) writeonly uniform image2D result;
 
-layout(std430, binding = 0) readonly buffer Entries { uvec2 entries[]; };
+layout(std430, binding = 0) readonly buffer Entries { uvec4 entries[]; };
 layout(std430, binding = 1) readonly buffer Starts { int starts[]; };
 layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
 
 #include "include/viewport.glsl"
-vec2 nearest_cell(vec2 q) { return floor(q + 0.5); }
 #include "include/table.glsl"
 #include "include/gather.glsl"
 

@@ -53,7 +53,7 @@ void main() {
     int index = int(gl_GlobalInvocationID.x);
     if (index >= phase_count) return;
     int phase = first_phase + index;
-    vec2 place = (vec2(phase % phases_a_side, phase / phases_a_side) + 0.5) / float(phases_a_side) - 0.5;
+    vec2 place = vec2(phase % phases_a_side, phase / phases_a_side) / float(phases_a_side) - 0.5;
     window_start = index * window_px.x * window_px.y * 3;
     // The barriers of a phase are those of a cell: converging walls divide the panel as the
     // chief rays do.

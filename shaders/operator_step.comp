@@ -1,36 +1,42 @@
-// One step of the bounded solver: down the gradient, into the bounds, and on with momentum.
+// One step of the bounded solver: down the gradient, ahead with momentum, into the bounds.
 //
-// Reads:  light (the residual P y - t), inverse (1 / P'P1, 0 where no ray reaches).
-// Writes: shown (the panel image, in [0, 1] after every step) and ahead (where the next
-//         gradient is taken), each pixel its own.
-// Twin:   vrlf/reference/optimal.py. Beck & Teboulle 2009, FISTA, with a diagonal metric.
+// Reads:  light (the residual P x - t), reached (P'1), curvature (P'P1).
+// Writes: shown (x, the panel image, in [0, 1] after every step), stepped (w) and ahead (z, x
+//         before it was bounded), each pixel its own.
+// Twin:   vrlf/reference/optimal.py. Taylor, Hendrickx & Glineur 2017, POGM, diagonal metric.
 
 #include "block/Step"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
 
 layout(binding = 0) uniform sampler2D light;
-layout(binding = 1) uniform sampler2D inverse;
+layout(binding = 1) uniform sampler2D reached;
+layout(binding = 2) uniform sampler2D curvature;
 layout(binding = 0, rgba32f) uniform image2D shown;
-layout(binding = 1, rgba32f) uniform image2D ahead;
+layout(binding = 1, rgba32f) uniform image2D stepped;
+layout(binding = 2, rgba32f) uniform image2D ahead;
 
-layout(std430, binding = 0) readonly buffer Entries { uvec2 entries[]; };
+layout(std430, binding = 0) readonly buffer Entries { uvec4 entries[]; };
 layout(std430, binding = 1) readonly buffer Starts { int starts[]; };
 layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
 
 #include "include/viewport.glsl"
-vec2 nearest_cell(vec2 q) { return floor(q + 0.5); }
 #include "include/table.glsl"
 #include "include/gather.glsl"
+#include "include/quotient.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (pixel.x >= panel_px.x || pixel.y >= panel_px.y) return;
     int eye = eye_of(pixel.x);
     if (eye == NO_EYE) return;
-    vec3 gradient = gathered_light(pixel, eye);
-    vec3 step_size = texelFetch(inverse, pixel, 0).rgb;
-    vec3 before = imageLoad(shown, pixel).rgb;
-    vec3 next = clamp(imageLoad(ahead, pixel).rgb - step_size * gradient, 0.0, 1.0);
-    imageStore(shown, pixel, vec4(next, 1.0));
-    imageStore(ahead, pixel, vec4(next + momentum * (next - before), 1.0));
+    vec3 down = where_reached(gathered_light(pixel, eye), texelFetch(curvature, pixel, 0).rgb,
+                              texelFetch(reached, pixel, 0).rgb);
+    vec3 x = imageLoad(shown, pixel).rgb;
+    vec3 w_before = imageLoad(stepped, pixel).rgb;
+    vec3 z_before = imageLoad(ahead, pixel).rgb;
+    vec3 w = x - down;
+    vec3 z = w + inertia * (w - w_before) + overshoot * (w - x) + unbounding * (z_before - x);
+    imageStore(shown, pixel, vec4(clamp(z, 0.0, 1.0), 1.0));
+    imageStore(stepped, pixel, vec4(w, 1.0));
+    imageStore(ahead, pixel, vec4(z, 1.0));
 }

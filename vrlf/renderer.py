@@ -14,7 +14,7 @@ from vrlf.content.pictures import StereoSource
 from vrlf.errors import InputError
 from vrlf.gpu import Device, Texture
 from vrlf.images import resize_area
-from vrlf.model import Rig
+from vrlf.model import Prefilter, Rig
 from vrlf.optics.fitting import Fit, FitMode, fit_picture
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.samples import MAX_POINTS
@@ -182,7 +182,10 @@ class GpuRenderer:
         if self._optimal is None:
             self._optimal = Optimal(self.device)
         builder = self._optimal.builder
-        tables = self._tables("optimal", rig, lambda: OptimalTables(self.device, rig, builder))
+        # The operator is the same whatever the prefilter's own settings are.
+        key = rig.model_copy(update={"prefilter": Prefilter()})
+        tables = self._tables("optimal", key, lambda: OptimalTables(self.device, rig, builder))
+        tables.ask(rig.prefilter)
         with _Textures(self.device) as make:
             shown = make.panel(rig, "panel image")
             self._optimal.run(tables, make.holding(target, "target"), shown)

@@ -4,10 +4,10 @@
 
 vec3 gathered_light(ivec2 pixel, int eye) {
     vec4 crossed = crossings[pixel.x] + crossings[panel_px.x + pixel.y];
-    int row = row_of(crossed.xy, eye);
+    Phase phase = phase_of(crossed.xy, eye);
     vec3 sum = vec3(0.0);
-    for (int i = starts[row]; i < starts[row + 1]; i++) {
-        Entry entry = unpacked(entries[i]);
+    for (int i = starts[phase.patch_row]; i < starts[phase.patch_row + 1]; i++) {
+        Entry entry = entry_at(i, phase.corners);
         ivec2 at = pixel + entry.offset;
         if (in_viewport(at, eye)) sum += entry.weight * texelFetch(light, at, 0).rgb;
     }

@@ -8,6 +8,8 @@ prepare    ``Prepare``: each eye's picture fitted into its viewport
 forward    ``Forward``: the forward prefilter
 perceive   ``Perceive``: what both eyes see of a panel image
 bins       the rays that holes can pass, sorted by where they cross the mask
+operator   ``OperatorTables``: the perception operator and its adjoint, tabulated
+phases     rows of the operator by phase: how fine, turned about, packed
 encode     ``Encode``: linear light to 8-bit sRGB
 ========== =====================================================================
 

@@ -3,13 +3,19 @@
 Which panel pixels a retinal pixel sees, and how much, depends on where in its cell the
 pixel's chief ray crosses the array, and on nothing else (perpendicular barriers apart, which
 divide the panel by another measure). So the operator of a million pixels is a table of some
-ten thousand rows, made once for a prescription; its adjoint is the same table with each
-entry moved to the phase of the pixel at its other end.
+thousand rows, made once for a prescription and read bilinearly; its adjoint is the same
+table with each entry moved to the phase of the pixel at its other end.
+
+Measured with float64 matrices, astronaut, green, against rows that were traced for each pixel
+by itself with 8192 rays (converged, dB): 64 x 64 phases lose 1.4 read by the nearest and 0.1
+read bilinearly with ``matched-microlens``; 128 x 128 nearest, 0.6. What counts is how far a
+landing moves from one phase to the next: 0.2 px lose 0.1 dB (matched-wide, 94 phases: 0.06;
+thesis's array, 32: 0.03). 256 rays a row lose 1.1 dB, 1024 0.2, 4096 less than 0.1. The
+adjoint moved between phases costs 0.04 dB against the true transpose.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,13 +24,22 @@ from numpy.typing import NDArray
 from vrlf.errors import InputError
 from vrlf.gpu import Block, Buffer, ComputePass, Device, Field
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
 from vrlf.optics.lattice import Lattice, lattice_of
-from vrlf.optics.raster import cells_per_pixel, pixels_per_cell
+from vrlf.optics.raster import pixels_per_cell
 from vrlf.optics.samples import ray_tables
-from vrlf.optics.viewport import SIDES
+from vrlf.optics.viewport import SIDES, Side
 from vrlf.passes.fields import VIEWPORT_FIELDS, lattice_rasters, viewport_values
 from vrlf.passes.perceive import RAY_FIELDS, Batch, PerceiveTables
+from vrlf.passes.phases import (
+    PatchRows,
+    PhaseRows,
+    packed,
+    patched,
+    phases_a_side,
+    phases_per_offset,
+    table_rays,
+    transposed,
+)
 
 ROWS = Block(
     "Rows",
@@ -40,70 +55,63 @@ ROWS = Block(
 )
 TABLE_FIELDS = (
     *VIEWPORT_FIELDS,
-    Field("int", "phases_a_side", "phases along each side of a cell"),
-    Field("int", "rows_an_eye", "rows of the table that belong to one eye"),
+    Field("ivec2", "phases", "along each side of a cell, for the left and the right eye"),
 )
 # Windows that are gathered at once, and read back to be packed.
 _WINDOW_BYTES = 1 << 26
 # Weights below this share of a row are rounding.
 _NEGLIGIBLE = 1e-6
 _ROWS_GROUP = 64
-# Fine enough that a phase's width moves no landing by more than about 1/30 pixel.
-PHASES_A_SIDE = 128
-
-
-@dataclass(frozen=True)
-class Rows:
-    """A sparse operator by phase: row r has entries ``starts[r]`` to ``starts[r + 1]``.
-
-    Attributes
-    ----------
-    starts : ndarray of int64 (rows + 1,)
-    offsets : ndarray of int64 (n, 2)
-        To the pixel that is read, right and down.
-    weights : ndarray of float32 (n, 3)
-        Of each colour.
-    """
-
-    starts: NDArray[np.int64]
-    offsets: NDArray[np.int64]
-    weights: NDArray[np.float32]
 
 
 class OperatorTables:
-    """P / throughput and its adjoint of one rig, on the GPU; made once and swapped whole."""
+    """P / throughput and its adjoint of one rig, on the GPU; made once and swapped whole.
 
-    def __init__(self, device: Device, rig: Rig, rays: int, builder: RowBuilder) -> None:
+    Parameters
+    ----------
+    device : Device
+    rig : Rig
+    builder : RowBuilder
+        Whose programs do the work.
+
+    Raises
+    ------
+    InputError
+        If the barriers are perpendicular.
+    """
+
+    def __init__(self, device: Device, rig: Rig, builder: RowBuilder) -> None:
         if rig.array.kind != "none" and rig.array.barriers == "perpendicular":
             raise InputError(
                 "prefilter.method: found 'optimal' with array.barriers 'perpendicular', wanted "
                 "'converging' or 'none' (perpendicular walls have no table of phases)"
             )
         lattice = lattice_of(rig)
-        self.phases_a_side = 1 if lattice is None else PHASES_A_SIDE
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
-        rows = builder.rows(rig, rays, self.phases_a_side)
-        backward = [transposed(each, rig, lattice, self.phases_a_side) for each in rows]
+        self.phases = [phases_a_side(rig, side, lattice) for side in SIDES]
+        forward, adjoint = [], []
+        for side, phases in zip(SIDES, self.phases, strict=True):
+            rows = builder.rows(rig, side, phases)
+            forward.append(patched(rows, phases))
+            turned = transposed(rows, phases_per_offset(rig, lattice, phases), phases)
+            adjoint.append(patched(turned, phases))
         self._buffers: list[Buffer] = []
-        self.forward = self._upload(device, rows, "operator")
-        self.adjoint = self._upload(device, backward, "adjoint")
+        self.forward = self._upload(device, forward, "operator")
+        self.adjoint = self._upload(device, adjoint, "adjoint")
         self.crossings = self._crossings(device, rig, lattice)
         self.values: dict[str, Any] = {
             **viewport_values(rig),
-            "phases_a_side": self.phases_a_side,
-            "rows_an_eye": self.phases_a_side**2,
+            "phases": self.phases,
         }
 
-    def _upload(self, device: Device, rows: list[Rows], label: str) -> tuple[Buffer, Buffer]:
-        entries = np.concatenate([packed(each) for each in rows])
-        before = np.cumsum([0] + [each.starts[-1] for each in rows[:-1]])
-        starts = np.concatenate(
-            [each.starts[:-1] + base for each, base in zip(rows, before, strict=True)]
-            + [[len(entries)]]
-        )
+    def _upload(self, device: Device, rows: list[PatchRows], label: str) -> tuple[Buffer, Buffer]:
+        # One entry more, that no row reads: a buffer can't be empty.
+        entries = np.concatenate([*(packed(each) for each in rows), np.zeros((1, 8), np.uint32)])
+        right = rows[1].starts + rows[0].starts[-1]
+        starts = np.concatenate([rows[0].starts[:-1], right]).astype(np.int32)
         pair = (
             Buffer(device, entries, label=f"{label} entries"),
-            Buffer(device, starts.astype(np.int32), label=f"{label} starts"),
+            Buffer(device, starts, label=f"{label} starts"),
         )
         self._buffers += pair
         return pair
@@ -130,38 +138,6 @@ class OperatorTables:
             buffer.release()
 
 
-def packed(rows: Rows) -> NDArray[np.uint32]:
-    """Entries as the shader unpacks them: two signed bytes and three half floats."""
-    if rows.offsets.size and np.abs(rows.offsets).max() > 127:
-        raise InputError(
-            f"prefilter.method: found a blur of {np.abs(rows.offsets).max()} pixels to a side, "
-            "wanted at most 127 for 'optimal'"
-        )
-    offset = rows.offsets.astype(np.int64) & 0xFF
-    half = rows.weights.astype(np.float16).view(np.uint16).astype(np.int64)
-    first = offset[:, 0] | offset[:, 1] << 8 | half[:, 0] << 16
-    second = half[:, 1] | half[:, 2] << 16
-    return np.stack([first, second], axis=-1).astype(np.uint32)
-
-
-def transposed(rows: Rows, rig: Rig, lattice: Lattice | None, phases: int) -> Rows:
-    """The adjoint's table: each entry at the phase of the panel pixel it reads, turned about.
-
-    An offset n moves the phase by a C n cells; rounded to whole phases that is a turn of the
-    whole grid, so no two entries of an offset meet.
-    """
-    row = np.repeat(np.arange(len(rows.starts) - 1), np.diff(rows.starts))
-    if lattice is not None:
-        step = bench_of(rig).array_from_panel * cells_per_pixel(rig, lattice)
-        moved = np.rint(rows.offsets @ step.T * phases).astype(np.int64)
-        column = (row % phases + moved[:, 0]) % phases
-        line = (row // phases + moved[:, 1]) % phases
-        row = line * phases + column
-    order = np.argsort(row, kind="stable")
-    starts = np.searchsorted(row[order], np.arange(len(rows.starts)))
-    return Rows(starts, -rows.offsets[order], rows.weights[order])
-
-
 class RowBuilder:
     """Owns the programs that tabulate, one for each kind of rig met so far."""
 
@@ -169,12 +145,13 @@ class RowBuilder:
         self._device = device
         self._programs: dict[tuple[tuple[str, Any], ...], ComputePass] = {}
 
-    def rows(self, rig: Rig, rays: int, phases: int) -> list[Rows]:
-        """P / throughput of both eyes, by phase."""
+    def rows(self, rig: Rig, side: Side, phases: int) -> PhaseRows:
+        """P / throughput of one eye, by phase."""
+        rays = table_rays(phases, max(len(ray_tables(rig, each, 1)) for each in SIDES))
         tables = PerceiveTables(self._device, rig, rays)
         try:
-            low, size = _window(rig, rays)
-            return [self._eye_rows(tables, eye, low, size, phases) for eye in range(2)]
+            low, size = _window(rig, side, rays)
+            return self._eye_rows(tables, SIDES.index(side), low, size, phases)
         finally:
             tables.release()
 
@@ -185,10 +162,11 @@ class RowBuilder:
         low: NDArray[np.int64],
         size: NDArray[np.int64],
         phases: int,
-    ) -> Rows:
-        window = int(size[0] * size[1]) * 3
-        most = max(1, _WINDOW_BYTES // (4 * window))
-        counts, offsets, weights = [], [], []
+    ) -> PhaseRows:
+        """Dense windows of as many phases as fit, and what is not dark in them."""
+        area = int(size[0] * size[1])
+        most = max(1, _WINDOW_BYTES // (12 * area))
+        phase, offsets, weights = [], [], []
         for first in range(0, phases**2, most):
             count = min(most, phases**2 - first)
             values = {
@@ -199,15 +177,16 @@ class RowBuilder:
                 "phase_count": count,
                 "eye": eye,
             }
-            dense = self._windows(tables, values, count * window)
-            dense = dense.reshape(count, size[1], size[0], 3)
-            dense /= tables.points * tables.throughput
-            row, line, column = np.nonzero(dense.max(axis=-1) > _NEGLIGIBLE)
-            counts.append(np.bincount(row, minlength=count))
-            offsets.append(np.stack([column, line], axis=-1) + low)
-            weights.append(dense[row, line, column])
-        starts = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
-        return Rows(starts, np.concatenate(offsets), np.concatenate(weights))
+            dense = self._windows(tables, values, count * area * 3).reshape(-1, 3)
+            least = _NEGLIGIBLE * tables.points * tables.throughput
+            lit = np.flatnonzero(
+                (dense[:, 0] > least) | (dense[:, 1] > least) | (dense[:, 2] > least)
+            )
+            phase.append(lit // area + first)
+            place = lit % area
+            offsets.append(np.stack([place % size[0], place // size[0]], axis=-1) + low)
+            weights.append(dense[lit] / np.float32(tables.points * tables.throughput))
+        return PhaseRows(np.concatenate(phase), np.concatenate(offsets), np.concatenate(weights))
 
     def _windows(
         self, tables: PerceiveTables, values: dict[str, Any], length: int
@@ -262,11 +241,11 @@ class RowBuilder:
         self._programs.clear()
 
 
-def _window(rig: Rig, rays: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Least offset and size of the window that holds every landing of both eyes."""
+def _window(rig: Rig, side: Side, rays: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Least offset and size of the window that holds every landing of an eye."""
     lattice = lattice_of(rig)
-    tables = [table for side in SIDES for table in ray_tables(rig, side, rays)]
-    landing = np.concatenate([table.landing_px for table in tables])
+    landing = np.concatenate([table.landing_px for table in ray_tables(rig, side, rays)])
+    # A sampled ray lands up to half a pixel off, a mean covers up to a pixel.
     reach = np.full(2, 2.0)
     if lattice is not None:
         reach += lattice.bend * np.abs(pixels_per_cell(rig, lattice)).sum(axis=1) / 2.0

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vrlf.errors import InputError
 from vrlf.model import Rig
 from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.lattice import lattice_of
@@ -18,7 +19,9 @@ from vrlf.optics.samples import pupil_points
 from vrlf.optics.viewport import SIDES, Viewport, viewport
 from vrlf.reference.perceive import Gather, Hit
 
-_LEAST = 1e-6
+# A pixel that receives less than this share of its light is dark.
+_LEAST = 0.01
+_MOST_BYTES = 2_000_000_000
 
 
 class Operator:
@@ -34,6 +37,13 @@ class Operator:
 
     def __init__(self, rig: Rig, view: Viewport, optics: EyeOptics, rays: int) -> None:
         self.low, size = _reach(rig, view, optics, rays)
+        needed = 24 * size[0] * size[1] * view.height_px * view.width_px
+        if needed > _MOST_BYTES:
+            raise InputError(
+                f"panel: found {rig.panel.width_px}x{rig.panel.height_px} pixels, for which the "
+                f"reference's operator takes {needed / 1e9:.1f} GB, wanted at most "
+                f"{_MOST_BYTES / 1e9:g} GB (a smaller panel, or a GPU)"
+            )
         self.weights = np.zeros((size[1], size[0], view.height_px, view.width_px, 3))
         self._shape = (view.height_px, view.width_px)
         for colour in range(3):
@@ -50,9 +60,11 @@ class Operator:
         own = np.stack([columns, rows], axis=-1)
         for pixel, weight in _hits(rig, view, optics, rays, colour):
             at = pixel - own - self.low
-            inside = np.all((pixel >= 0) & (pixel < (self._shape[1], self._shape[0])), axis=-1)
-            kept = (at[inside][:, 1], at[inside][:, 0], rows[inside], columns[inside])
-            self.weights[(*kept, channels)] += weight[inside][:, channels]
+            seen = np.all((pixel >= 0) & (pixel < (self._shape[1], self._shape[0])), axis=-1)
+            # What is dark may lie outside the window, which was made for what is not.
+            seen &= weight.max(axis=-1) > 0.0
+            kept = (at[seen][:, 1], at[seen][:, 0], rows[seen], columns[seen])
+            self.weights[(*kept, channels)] += weight[seen][:, channels]
 
     def apply(self, light: Float) -> Float:
         """P l."""
@@ -71,7 +83,7 @@ class Operator:
         return light
 
     def _overlap(self, line: int, column: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-        """The retinal pixels whose partner at an offset lies in the viewport, and those partners."""
+        """The retinal pixels whose partner at an offset lies in the viewport; the partners."""
         slices = []
         offset = (line + self.low[1], column + self.low[0])
         for step, length in zip(offset, self._shape, strict=True):
@@ -131,19 +143,26 @@ def optimal(target: Float, rig: Rig, rays: int) -> Float:
 
 
 def descend(operator: Operator, meant: Float, iterations: int) -> Float:
-    """Accelerated projected gradient (Beck & Teboulle 2009) in the metric of P'P1."""
+    """Projected gradient in the metric of P'P1, by POGM (Taylor, Hendrickx & Glineur 2017).
+
+    With x the picture within the bounds, w the plain step from it and z the place that the
+    bounds are laid on; Kim & Fessler 2018 write it in these letters.
+    """
     ones = np.ones(meant.shape)
     reached = operator.adjoint(ones)
-    curvature = operator.adjoint(operator.apply(ones))
     lit = reached > _LEAST
-    step = np.where(curvature > _LEAST, 1.0 / np.maximum(curvature, _LEAST), 0.0)
-    start = operator.adjoint(meant) / np.maximum(reached, _LEAST)
-    shown = np.where(lit, np.clip(start, 0.0, 1.0), 0.0)
-    ahead, t = shown, 1.0
+    curvature = np.where(lit, operator.adjoint(operator.apply(ones)), np.inf)
+    x = np.clip(np.where(lit, operator.adjoint(meant) / np.where(lit, reached, 1.0), 0.0), 0.0, 1.0)
+    w, z, theta, gamma = x, x, 1.0, 1.0
     for _ in range(iterations):
-        gradient = operator.adjoint(operator.apply(ahead) - meant)
-        following = np.clip(ahead - step * gradient, 0.0, 1.0)
-        t_next = (1.0 + np.sqrt(1.0 + 4.0 * t * t)) / 2.0
-        ahead = following + (t - 1.0) / t_next * (following - shown)
-        shown, t = following, t_next
-    return shown
+        following = (1.0 + np.sqrt(1.0 + 4.0 * theta**2)) / 2.0
+        w_next = x - operator.adjoint(operator.apply(x) - meant) / curvature
+        z = (
+            w_next
+            + (theta - 1.0) / following * (w_next - w)
+            + theta / following * (w_next - x)
+            + (theta - 1.0) / (gamma * following) * (z - x)
+        )
+        w, x = w_next, np.clip(z, 0.0, 1.0)
+        theta, gamma = following, (2.0 * theta + following - 1.0) / following
+    return x
