@@ -222,7 +222,7 @@ def _overview(chains: list[Chain]) -> Image:
         Column("meant: the target", first.target, ("what the eye should see",) * 2),
         Column("shown: the panel image", first.panel, (_array_note(rig),) * 2),
         Column("seen without correction", first.uncorrected, (before[0], before[1])),
-        Column("seen with correction", first.corrected, _after(first)),
+        Column(f"seen with correction ({rig.prefilter.method})", first.corrected, _after(first)),
     ]
     optimal = _optimal_chain(chains)
     if optimal is not None:
