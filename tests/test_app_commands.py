@@ -317,3 +317,17 @@ def test_text_is_plain_enough_for_any_terminal() -> None:
     environment = os.environ | {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
     for command in (("rigs",), ("inspect", "-r", "reading-25cm"), ("--help",)):
         assert require_done(spawn(*command, env=environment)).err == ""
+
+
+def test_a_wavefront_that_counts_the_error_twice_is_told(tmp_path: Path) -> None:
+    rig = tmp_path / "twice.toml"
+    rig.write_text(
+        'extends = "bare"\n[panel]\nwidth_px = 96\nheight_px = 64\npixel_pitch_um = 78.0\n'
+        "[headset]\nlens_to_panel_mm = 46.0\nlens_separation_mm = 2.5\n"
+        '[left.zernike]\ndiameter_mm = 6.0\ncoefficients_um = { "2,0" = 1.0 }\n'
+    )
+    outcome = call("prefilter", "chart:marks", "-r", rig, "-o", tmp_path / "panel.png")
+    assert outcome.status == 0
+    told = [line for line in outcome.lines if line.startswith("take note: left eye")]
+    assert len(told) == 1
+    assert "counted twice" in told[0]

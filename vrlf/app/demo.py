@@ -12,7 +12,15 @@ from typing import Any
 
 import click
 
-from vrlf.app.options import json_option, put_json, rays_option, rig_choice, rig_options, say
+from vrlf.app.options import (
+    json_option,
+    put_json,
+    rays_option,
+    rig_choice,
+    rig_options,
+    say,
+    say_of_wavefronts,
+)
 from vrlf.app.sheet import Column, draw_sheet
 from vrlf.app.sources import SCENE, SourceOptions, require_picture_size, target_of
 from vrlf.errors import RigError
@@ -95,6 +103,7 @@ def demo(output: str, source: str, rays: int, as_json: bool, **options: Any) -> 
     """
     choice = rig_choice(options)
     rig = choice.load()
+    say_of_wavefronts(rig)
     require_picture_size(rig)
     rigs = {choice.name: rig} | _optimal(rig, choice.name) | _comparisons(rig, choice.name)
     with _results_folder(output) as folder:

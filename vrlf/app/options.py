@@ -12,6 +12,7 @@ from typing import Any, Literal, TypeVar
 import click
 
 from vrlf.model import DEFAULT_RIG, Rig, load_rig
+from vrlf.optics.advice import wavefront_advice
 from vrlf.optics.samples import MAX_POINTS
 from vrlf.renderer import GpuRenderer, ReferenceRenderer, Renderer
 
@@ -130,6 +131,12 @@ def renderer_of(device: DeviceName) -> Iterator[Renderer]:
         return
     with GpuRenderer() as renderer:
         yield renderer
+
+
+def say_of_wavefronts(rig: Rig) -> None:
+    """Whether the eyes' tables may mean something else than they say, before work is done."""
+    for sentence in wavefront_advice(rig):
+        say(f"take note: {sentence}")
 
 
 def say(message: str) -> None:

@@ -17,6 +17,7 @@ from vrlf.app.options import (
     rig_choice,
     rig_options,
     say,
+    say_of_wavefronts,
 )
 from vrlf.app.sources import (
     SourceOptions,
@@ -158,6 +159,7 @@ def prefilter(
       vrlf prefilter chart:logmar -r pinhole -o panel.png --json
     """
     rig = rig_choice(options).load()
+    say_of_wavefronts(rig)
     check_outputs([output] if target_file is None else [output, target_file], rig, bits)
     if Path(output).suffix.lower() in _LOSSY:
         say(f"{shown(output)}: JPEG alters single pixels; a panel image wants .png or .exr")
@@ -211,6 +213,7 @@ def perceive(
       vrlf perceive target.png -r mine.toml --set array.kind=none -o without-correction.png
     """
     rig = rig_choice(options).load()
+    say_of_wavefronts(rig)
     check_outputs([output], rig, bits)
     shown = read_picture(panel, encoding=encoding)
     _require_panel_size(shown, rig, panel)

@@ -6,7 +6,7 @@ from math import atan, ceil, degrees
 
 import numpy as np
 
-from vrlf.model import Rig
+from vrlf.model import Eye, Rig
 from vrlf.optics import limits
 from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.eye import EyeOptics, amplitude_of_accommodation_d, eye_optics
@@ -40,6 +40,15 @@ def advice(rig: Rig) -> list[str]:
     return _joined(sentences) + _array_advice(rig)
 
 
+def wavefront_advice(rig: Rig) -> list[str]:
+    """What is odd in the eyes' wavefronts: said by every command that corrects with them."""
+    said = []
+    for side in SIDES:
+        eye = rig.left if side == "left" else rig.right
+        said += [f"{side} eye: {text}" for text in _wavefront_advice(eye)]
+    return _joined(said)
+
+
 def _joined(sentences: list[str]) -> list[str]:
     """The same sentence for both eyes said once."""
     left = [s.removeprefix("left eye: ") for s in sentences if s.startswith("left eye: ")]
@@ -63,9 +72,8 @@ def _eye_advice(rig: Rig, side: Side) -> list[str]:
     return sentences + _correction_advice(rig, bench, lattice, optics)
 
 
-def _given_advice(rig: Rig, side: Side, optics: EyeOptics) -> list[str]:
-    """What is odd in the eye's own table."""
-    eye = rig.left if side == "left" else rig.right
+def _wavefront_advice(eye: Eye) -> list[str]:
+    """Whether the wavefront says twice what the prescription says, or too little."""
     sentences = []
     if eye.zernike is not None:
         second = any(n == 2 and value != 0.0 for (n, _), value in eye.zernike.terms)
@@ -79,6 +87,13 @@ def _given_advice(rig: Rig, side: Side, optics: EyeOptics) -> list[str]:
                 f"the wavefront was measured over {eye.zernike.diameter_mm:g} mm and is continued "
                 f"to the pupil's {eye.pupil_mm:g} mm"
             )
+    return sentences
+
+
+def _given_advice(rig: Rig, side: Side, optics: EyeOptics) -> list[str]:
+    """What is odd in the eye's own table."""
+    eye = rig.left if side == "left" else rig.right
+    sentences = _wavefront_advice(eye)
     blur = limits.blur_matrix(bench_of(rig), optics)
     # What is left on the far-sighted side was beyond the eye's reach.
     if eye.accommodation == "best" and float(np.trace(blur)) > _UNREACHED:

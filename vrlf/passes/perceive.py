@@ -56,6 +56,9 @@ PERCEIVE = Block(
 _KINDS = {"none": 0, "microlens": 1, "pinhole": 2}
 # Software GL ends all loops of an invocation after 65,535 turns, without a word.
 _LOOP_TURNS = 49152
+# It counts the turns of neighbouring invocations together where they go different ways, as
+# they do from hole to hole: as many as its widest vectors hold.
+_SOFTWARE_LANES = 16
 # What is left of them for finding the holes; a finer mask is sampled blindly.
 _HOLE_TURNS = 16384
 # Rays of one dispatch: a driver that resets after 2 s must not see more at once.
@@ -114,7 +117,7 @@ class PerceiveTables:
         self.crossings, self.owners = lattice_rasters(device, rig, lattice)
         self.batches = [
             _batch(device, [_part(t, lattice, bench.array_from_panel, part) for t in flat], lattice)
-            for part in _parts(self.points, self.colours * _visits(lattice))
+            for part in _parts(self.points, self.colours * _visits(device, lattice))
         ]
 
     def release(self) -> None:
@@ -142,16 +145,17 @@ def _footprint_values(rig: Rig, lattice: Lattice | None) -> dict[str, float]:
     }
 
 
-def _visits(lattice: Lattice | None) -> int:
-    """How often a pixel's loops meet a ray, at most."""
+def _visits(device: Device, lattice: Lattice | None) -> int:
+    """Loop turns that a ray may cost a pixel, at most."""
     if lattice is None or lattice.kind != "pinhole":
         return 1
-    return visits_per_ray(lattice.half_aperture)
+    lanes = _SOFTWARE_LANES if device.info.is_software else 1
+    return visits_per_ray(lattice.half_aperture) * lanes
 
 
 def _parts(points: int, turns_per_point: int) -> list[slice]:
     """The table cut into batches that no loop limit stops."""
-    most = _LOOP_TURNS // turns_per_point
+    most = max(1, _LOOP_TURNS // turns_per_point)
     count = ceil(points / most)
     edges = np.linspace(0, points, count + 1).astype(int)
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
