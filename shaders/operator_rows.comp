@@ -40,8 +40,8 @@ vec3 at_landing(Retina at, vec2 place) {
 vec3 over_landing(Retina at, vec2 place, float side) {
     vec2 low = place + 0.5 - 0.5 * side;
     vec2 first = floor(low);
-    for (int row = 0; row < 2; row++) {
-        for (int column = 0; column < 2; column++) {
+    for (int row = 0; row < FOOTPRINT_PX; row++) {
+        for (int column = 0; column < FOOTPRINT_PX; column++) {
             vec2 pixel = first + vec2(column, row);
             deposit(pixel, emission_over(low - pixel, side));
         }

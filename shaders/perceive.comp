@@ -5,7 +5,8 @@
 // Twin:   vrlf/reference/perceive.py. Derivation: vrlf/optics/samples.py.
 //
 // Defines: ARRAY 0 none, 1 lenslets, 2 holes; COLOURS 1 (all colours share their rays) or 3;
-//          AREA_MEANS 1 where a retinal pixel's image at one pupil point is averaged exactly;
+//          AREA_MEANS 1 where a retinal pixel's image at one pupil point is averaged exactly,
+//          over FOOTPRINT_PX pixels a side;
 //          TRACE 1 writes where the first ray of the batch lands instead (for the tests).
 
 #include "block/Perceive"

@@ -88,7 +88,9 @@ SMALL: dict[str, Rig] = {
         array=LENSLETS | {"barriers": "converging", "rotation_deg": 5.0, "gap_index": 1.49},
         left={"pupil_offset_mm": [-0.6, 0.9]},
     ),
-    # |kappa| = |1 - g a / f| is 2.0: a retinal pixel's image is wider than a pixel.
+    # |kappa| = |1 - g a / f| is 8.3: too wide an image for area means, so it is sampled.
+    "strongest-lenslets": rig(44, 30, array=LENSLETS | {"focal_mm": 0.3, "rotation_deg": 3.0}),
+    # |kappa| is 2.0: a retinal pixel's image is wider than a pixel.
     "strong-lenslets": rig(44, 30, array=LENSLETS | {"focal_mm": 0.93, "rotation_deg": 3.0}),
     "strong-lenslets-full": rig(
         45, 31, panel={"subpixels": "full"}, array=LENSLETS | {"focal_mm": 0.93}

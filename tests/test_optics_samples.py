@@ -27,6 +27,7 @@ from vrlf.optics.inverse import crossing_shift_mm, inverse_map
 from vrlf.optics.lattice import cell_coordinates, lattice_of
 from vrlf.optics.samples import (
     MAX_POINTS,
+    footprint_pixels,
     footprint_scale,
     point_count,
     pupil_points,
@@ -212,10 +213,13 @@ def test_footprint_of_a_retinal_pixel() -> None:
     assert uses_area_means(bench, lattice)
     assert footprint_scale(bench, None) == 1.0
     assert uses_area_means(bench, None)
-    # Twice the power: the footprint is wider than a pixel, four pixels no longer hold it.
+    # More power: the footprint is wider than a pixel; much more, and it is not averaged.
     strong = rig(array=array | {"focal_mm": 1.3})
     assert footprint_scale(bench_of(strong), lattice_of(strong)) == pytest.approx(
         -1.15719, abs=1e-5
     )
-    assert not uses_area_means(bench_of(strong), lattice_of(strong))
+    assert footprint_pixels(bench_of(strong), lattice_of(strong)) == 3
+    assert uses_area_means(bench_of(strong), lattice_of(strong))
+    strongest = rig(array=array | {"focal_mm": 0.3})
+    assert not uses_area_means(bench_of(strongest), lattice_of(strongest))
     assert not uses_area_means(bench, lattice_of(rig(array=HOLES)))

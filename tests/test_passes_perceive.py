@@ -73,8 +73,8 @@ def test_perceive_matches_its_twin(device: Device, name: str) -> None:
 
 
 def test_small_rigs_reach_the_sampled_lenslets() -> None:
-    # "strong-lenslets" is there for the branch without area means.
-    for name, wanted in (("strong-lenslets", False), ("coma-lenslets", True)):
+    # "strongest-lenslets" is there for the branch without area means.
+    for name, wanted in (("strongest-lenslets", False), ("strong-lenslets", True)):
         rig = pass_rigs.SMALL[name]
         assert uses_area_means(bench_of(rig), lattice_of(rig)) is wanted
 

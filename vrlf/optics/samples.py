@@ -30,6 +30,8 @@ from vrlf.optics.viewport import RASTER_FLIP, Side, pitch_mm
 
 # 16 MiB of table an eye and colour: what a mask of 0.4 % opening needs for 4096 seen rays.
 MAX_POINTS = 1 << 20
+# An area mean over more pixels a side than this costs more than the samples it saves.
+_MOST_PIXELS = 8
 
 
 @dataclass(frozen=True)
@@ -128,9 +130,14 @@ def footprint_scale(bench: Bench, lattice: Lattice | None) -> float:
 def uses_area_means(bench: Bench, lattice: Lattice | None) -> bool:
     """Whether a retinal pixel's image at one pupil point is averaged exactly, not sampled.
 
-    It is wherever that image covers at most one pixel's width, so that four pixels hold it:
-    without an array, and behind every array that makes sense. Holes cut the image up.
+    It is without an array, and behind lenslets unless they spread the image over more pixels
+    than are worth fetching for one ray. Holes cut the image up.
     """
     if lattice is None:
         return True
-    return lattice.kind == "microlens" and abs(footprint_scale(bench, lattice)) <= 1.0
+    return lattice.kind == "microlens" and footprint_pixels(bench, lattice) <= _MOST_PIXELS
+
+
+def footprint_pixels(bench: Bench, lattice: Lattice | None) -> int:
+    """How many pixels a side may share in a retinal pixel's image at one pupil point."""
+    return ceil(abs(footprint_scale(bench, lattice))) + 1

@@ -11,9 +11,15 @@ import numpy as np
 
 from vrlf.gpu import Block, Buffer, ComputePass, ComputeVariants, Device, Field, Texture
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.lattice import Lattice, lattice_of
-from vrlf.optics.samples import RayTable, footprint_scale, ray_tables, uses_area_means
+from vrlf.optics.samples import (
+    RayTable,
+    footprint_pixels,
+    footprint_scale,
+    ray_tables,
+    uses_area_means,
+)
 from vrlf.optics.viewport import SIDES, pitch_mm
 from vrlf.passes.bins import BinGrid, grid_over, loop_turns, sort_into, visits_per_ray
 from vrlf.passes.fields import (
@@ -103,6 +109,8 @@ class PerceiveTables:
             "ARRAY": _KINDS[rig.array.kind],
             "COLOURS": self.colours,
             "AREA_MEANS": int(uses_area_means(bench, lattice)),
+            # A point sample fetches one pixel, whatever the footprint.
+            "FOOTPRINT_PX": _footprint_px(bench, lattice),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.throughput = 1.0 if lattice is None else lattice.throughput
@@ -117,7 +125,7 @@ class PerceiveTables:
         self.crossings, self.owners = lattice_rasters(device, rig, lattice)
         self.batches = [
             _batch(device, [_part(t, lattice, bench.array_from_panel, part) for t in flat], lattice)
-            for part in _parts(self.points, self.colours * _visits(device, lattice))
+            for part in _parts(self.points, self.colours * _turns(device, bench, lattice))
         ]
 
     def release(self) -> None:
@@ -145,10 +153,17 @@ def _footprint_values(rig: Rig, lattice: Lattice | None) -> dict[str, float]:
     }
 
 
-def _visits(device: Device, lattice: Lattice | None) -> int:
+def _footprint_px(bench: Bench, lattice: Lattice | None) -> int:
+    """Pixels a side that an area mean fetches."""
+    return footprint_pixels(bench, lattice) if uses_area_means(bench, lattice) else 1
+
+
+def _turns(device: Device, bench: Bench, lattice: Lattice | None) -> int:
     """Loop turns that a ray may cost a pixel, at most."""
     if lattice is None or lattice.kind != "pinhole":
-        return 1
+        pixels = _footprint_px(bench, lattice)
+        # Two by two are unrolled; more are loops of their own.
+        return 1 if pixels <= 2 else 1 + pixels + pixels**2
     lanes = _SOFTWARE_LANES if device.info.is_software else 1
     return visits_per_ray(lattice.half_aperture) * lanes
 

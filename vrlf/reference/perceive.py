@@ -17,7 +17,12 @@ from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
-from vrlf.optics.samples import footprint_scale, pupil_points, uses_area_means
+from vrlf.optics.samples import (
+    footprint_pixels,
+    footprint_scale,
+    pupil_points,
+    uses_area_means,
+)
 from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import (
     SIDES,
@@ -130,6 +135,7 @@ class Gather:
         self._x_mm = panel_points_mm(rig, view)
         self._area_means = uses_area_means(self._bench, self._lattice)
         self._kappa = abs(footprint_scale(self._bench, self._lattice))
+        self._pixels = footprint_pixels(self._bench, self._lattice)
         self._axis_px = axis_in_viewport_px(rig, view)
 
     def hits(self, u_mm: Float, slope: Float, within_mm: Float) -> list[Hit]:
@@ -195,13 +201,13 @@ class Gather:
         return pixel.astype(int), lit * self._emission.gain
 
     def _over_area(self, landing: Landing) -> list[Hit]:
-        """The means over the square of side kappa about each point: at most 2 x 2 pixels."""
+        """The means over the square of side kappa about each point, pixel by pixel."""
         # A square of no size is a point; the floor keeps the quotient finite.
         side = max(self._kappa, 1e-3)
         low = self._raster(landing) - side / 2.0
         boxes = self._emission.rectangles
         hits = []
-        for step in np.ndindex(2, 2):
+        for step in np.ndindex(self._pixels, self._pixels):
             pixel = np.floor(low) + step
             start = np.clip(low - pixel, 0.0, 1.0)[..., None, :]
             end = np.clip(low + side - pixel, 0.0, 1.0)[..., None, :]
