@@ -60,7 +60,10 @@ for _command in (demo, prefilter, perceive, inspect, doctor, rigs, chart, bench)
 
 def main(arguments: list[str] | None = None) -> None:
     """Run a command and leave with its exit status: 0 done, 2 wrong input, 1 anything else."""
-    sys.exit(run(arguments))
+    status = run(arguments)
+    # A message that standard error never took must not change the status at Python's exit.
+    _drop_unwritable_output()
+    sys.exit(status)
 
 
 def run(arguments: list[str] | None = None) -> int:
