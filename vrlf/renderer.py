@@ -18,7 +18,7 @@ from vrlf.model import Prefilter, Rig
 from vrlf.optics.fitting import Fit, FitMode, fit_picture
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.samples import MAX_POINTS
-from vrlf.optics.viewport import SIDES, viewport
+from vrlf.optics.viewport import SIDES, axis_in_viewport_px, viewport
 from vrlf.passes import (
     Encode,
     EyePicture,
@@ -79,13 +79,15 @@ def fitted(
     for side, picture in zip(SIDES, (source.left, source.right), strict=True):
         view = viewport(rig, side)
         height, width = picture.shape[:2]
-        fit = fit_picture((width, height), source.pixel_aspect, view, mode)
+        x, y = axis_in_viewport_px(rig, view)
+        axis_px = (float(x), float(y))
+        fit = fit_picture((width, height), source.pixel_aspect, view, mode, axis_px)
         shrink = [max(1.0, ratio / _MOST_SOURCE_PX) for ratio in fit.source_px]
         if max(shrink) > 1.0:
             size = (max(1, round(width / shrink[0])), max(1, round(height / shrink[1])))
             picture = resize_area(picture, *size)
             aspect = source.pixel_aspect * (width / size[0]) / (height / size[1])
-            fit = fit_picture(size, aspect, view, mode)
+            fit = fit_picture(size, aspect, view, mode, axis_px)
         pictures.append(picture)
         fits.append(fit)
     return (pictures[0], pictures[1]), (fits[0], fits[1])

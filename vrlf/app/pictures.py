@@ -118,10 +118,11 @@ def write_result(path: str, light: Image, renderer: Renderer, *, bits: str, dith
 )
 @click.option(
     "--fit",
-    type=click.Choice(["contain", "cover"]),
+    type=click.Choice(["contain", "cover", "axis"]),
     default="contain",
     show_default=True,
-    help="contain shows all of the picture, cover fills all of the eye's view and cuts the rest.",
+    help="contain shows all of the picture; cover fills all of the eye's view and cuts the rest; "
+    "axis shows all of it straight ahead, about the lens's axis, which is easier to fuse.",
 )
 @encoding_option
 @click.option(

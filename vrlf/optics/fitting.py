@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from vrlf.errors import InputError
 from vrlf.optics.viewport import Viewport
 
-FitMode = Literal["contain", "cover"]
+FitMode = Literal["contain", "cover", "axis"]
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,11 @@ class Fit:
 
 
 def fit_picture(
-    size_px: tuple[int, int], pixel_aspect: float, view: Viewport, mode: FitMode = "contain"
+    size_px: tuple[int, int],
+    pixel_aspect: float,
+    view: Viewport,
+    mode: FitMode = "contain",
+    axis_px: tuple[float, float] | None = None,
 ) -> Fit:
     """Fit a picture of ``size_px`` (width, height) into a viewport.
 
@@ -35,14 +40,38 @@ def fit_picture(
     ----------
     pixel_aspect : float
         Seen width of a picture's pixel over its seen height.
-    mode : "contain" or "cover"
-        All of the picture, with black beside it, or all of the viewport, the picture cut.
+    mode : "contain", "cover" or "axis"
+        All of the picture, with black beside it; all of the viewport, the picture cut; or all of
+        the picture about the optical axis, so that both eyes see its middle straight ahead.
+    axis_px : (x, y), optional
+        The optical axis in the viewport's raster, for "axis".
+
+    Raises
+    ------
+    InputError
+        If the axis leaves no room for a picture about it.
     """
+    whole = (float(view.width_px), float(view.height_px))
+    centre, room = (whole[0] / 2.0, whole[1] / 2.0), whole
+    if mode == "axis" and axis_px is not None:
+        centre = axis_px
+        room = _room_about(axis_px, whole)
     seen = (size_px[0] * pixel_aspect, float(size_px[1]))
-    ratios = (view.width_px / seen[0], view.height_px / seen[1])
-    scale = min(ratios) if mode == "contain" else max(ratios)
+    ratios = (room[0] / seen[0], room[1] / seen[1])
+    scale = max(ratios) if mode == "cover" else min(ratios)
     width, height = seen[0] * scale, seen[1] * scale
     return Fit(
-        start_px=((view.width_px - width) / 2.0, (view.height_px - height) / 2.0),
+        start_px=(centre[0] - width / 2.0, centre[1] - height / 2.0),
         source_px=(size_px[0] / width, size_px[1] / height),
     )
+
+
+def _room_about(axis_px: tuple[float, float], whole: tuple[float, float]) -> tuple[float, float]:
+    """The largest box about the axis that the viewport holds."""
+    x, y = (2.0 * min(at, size - at) for at, size in zip(axis_px, whole, strict=True))
+    if min(x, y) < 2.0:
+        raise InputError(
+            f"fit: found 'axis' with the axis at {axis_px[0]:.0f}, {axis_px[1]:.0f} of a viewport "
+            f"of {whole[0]:.0f}x{whole[1]:.0f} pixels, wanted it inside (or the fit 'contain')"
+        )
+    return x, y
