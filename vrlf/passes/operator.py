@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vrlf.errors import InputError
-from vrlf.gpu import Block, Buffer, ComputePass, Device, Field
+from vrlf.gpu import Block, Buffer, ComputePass, ComputeVariants, Device, Field
 from vrlf.model import Rig
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.raster import pixels_per_cell
@@ -143,7 +143,7 @@ class RowBuilder:
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._programs: dict[tuple[tuple[str, Any], ...], ComputePass] = {}
+        self._programs = ComputeVariants(device, "operator_rows.comp", ROWS)
 
     def rows(self, rig: Rig, side: Side, phases: int) -> PhaseRows:
         """P / throughput of one eye, by phase."""
@@ -192,7 +192,7 @@ class RowBuilder:
         self, tables: PerceiveTables, values: dict[str, Any], length: int
     ) -> NDArray[np.float32]:
         """Dense windows of some phases, gathered over all batches of rays."""
-        program = self._program(tables.defines)
+        program = self._programs.get(tables.defines)
         windows = Buffer(self._device, np.zeros(length, np.float32), label="windows")
         try:
             windows.bind(5)
@@ -226,19 +226,9 @@ class RowBuilder:
         )
         program.run_linear(values["phase_count"], _ROWS_GROUP)
 
-    def _program(self, defines: dict[str, int | float | str]) -> ComputePass:
-        key = tuple(sorted(defines.items()))
-        if key not in self._programs:
-            self._programs[key] = ComputePass(
-                self._device, "operator_rows.comp", ROWS, defines=defines
-            )
-        return self._programs[key]
-
     def release(self) -> None:
         """Give the programs back."""
-        for program in self._programs.values():
-            program.release()
-        self._programs.clear()
+        self._programs.release()
 
 
 def _window(rig: Rig, side: Side, rays: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
