@@ -11,7 +11,7 @@ import pass_rigs
 import pytest
 from numpy.typing import NDArray
 
-import vrlf.renderer as renderer_module
+import vrlf.renderer.gpu as renderer_module
 from vrlf.content.pictures import StereoSource
 from vrlf.errors import InputError
 from vrlf.gpu import Device

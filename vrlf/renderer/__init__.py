@@ -1,0 +1,38 @@
+"""The order of the steps for a frame, on the GPU or by the float64 twins; no maths of its own.
+
+========== ======================================================================
+file       holds
+========== ======================================================================
+steps      ``Renderer``, the protocol; what it takes and gives, and the checks
+gpu        ``GpuRenderer``: picture by picture
+reference  ``ReferenceRenderer``: the twins
+========== ======================================================================
+"""
+
+from __future__ import annotations
+
+from vrlf.renderer.gpu import GpuRenderer
+from vrlf.renderer.reference import ReferenceRenderer
+from vrlf.renderer.steps import (
+    DEFAULT_RAYS,
+    Exposure,
+    Image,
+    Renderer,
+    check_rays,
+    checked_image,
+    exposure_factor,
+    fitted,
+)
+
+__all__ = [
+    "DEFAULT_RAYS",
+    "Exposure",
+    "GpuRenderer",
+    "Image",
+    "ReferenceRenderer",
+    "Renderer",
+    "check_rays",
+    "checked_image",
+    "exposure_factor",
+    "fitted",
+]

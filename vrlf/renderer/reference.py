@@ -1,0 +1,58 @@
+"""The steps by the float64 twins: slow, needs no GPU."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vrlf.content.pictures import StereoSource
+from vrlf.model import Rig
+from vrlf.optics.fitting import FitMode
+from vrlf.reference.encode import encode
+from vrlf.reference.forward import forward
+from vrlf.reference.optimal import optimal
+from vrlf.reference.perceive import perceive
+from vrlf.reference.prepare import prepare
+from vrlf.renderer.steps import (
+    DEFAULT_RAYS,
+    Exposure,
+    Image,
+    check_rays,
+    checked_image,
+    exposure_factor,
+    fitted,
+)
+
+
+class ReferenceRenderer:
+    """The steps by the float64 twins: slow, needs no GPU."""
+
+    def target(self, source: StereoSource, rig: Rig, fit: FitMode = "contain") -> Image:
+        """See ``Renderer.target``."""
+        if source.panel is not None:
+            return np.clip(source.panel, 0.0, 1.0)
+        pictures, fits = fitted(source, rig, fit)
+        as_double = (pictures[0].astype(np.float64), pictures[1].astype(np.float64))
+        return prepare(as_double, fits, rig).astype(np.float32)
+
+    def prefilter(self, target: Image, rig: Rig) -> Image:
+        """See ``Renderer.prefilter``."""
+        target = checked_image(target, rig, "target")
+        if rig.prefilter.method == "none":
+            return np.array(target, dtype=np.float32)
+        if rig.prefilter.method == "optimal":
+            return optimal(target.astype(np.float64), rig, DEFAULT_RAYS).astype(np.float32)
+        return forward(target.astype(np.float64), rig).astype(np.float32)
+
+    def perceive(
+        self, panel: Image, rig: Rig, *, rays: int = DEFAULT_RAYS, exposure: Exposure = "auto"
+    ) -> Image:
+        """See ``Renderer.perceive``."""
+        panel = checked_image(panel, rig, "panel image")
+        check_rays(rays)
+        seen = perceive(panel.astype(np.float64), rig, rays)
+        return (seen * exposure_factor(rig, exposure)).astype(np.float32)
+
+    def encode(self, light: Image, *, dither: bool = False) -> NDArray[np.uint8]:
+        """See ``Renderer.encode``."""
+        return encode(light.astype(np.float64), dither=dither)
