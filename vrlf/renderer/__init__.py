@@ -6,6 +6,8 @@ file       holds
 steps      ``Renderer``, the protocol; what it takes and gives, and the checks
 gpu        ``GpuRenderer``: picture by picture
 reference  ``ReferenceRenderer``: the twins
+stream     ``Stream``: frame after frame, prescriptions that change while they run
+making     tables made a piece at a time
 ========== ======================================================================
 """
 
@@ -23,6 +25,7 @@ from vrlf.renderer.steps import (
     exposure_factor,
     fitted,
 )
+from vrlf.renderer.stream import Stream
 
 __all__ = [
     "DEFAULT_RAYS",
@@ -31,6 +34,7 @@ __all__ = [
     "Image",
     "ReferenceRenderer",
     "Renderer",
+    "Stream",
     "check_rays",
     "checked_image",
     "exposure_factor",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vrlf.content.pictures import StereoSource
 from vrlf.gpu import Device, Texture
-from vrlf.model import Prefilter, Rig
+from vrlf.model import Rig
 from vrlf.optics.fitting import FitMode
 from vrlf.passes import (
     Encode,
@@ -31,6 +31,7 @@ from vrlf.renderer.steps import (
     checked_image,
     exposure_factor,
     fitted,
+    operator_key,
 )
 from vrlf.solve import Optimal, OptimalTables
 
@@ -100,9 +101,9 @@ class GpuRenderer:
         if self._optimal is None:
             self._optimal = Optimal(self.device)
         builder = self._optimal.builder
-        # The operator is the same whatever the prefilter's own settings are.
-        key = rig.model_copy(update={"prefilter": Prefilter()})
-        tables = self._tables("optimal", key, lambda: OptimalTables(self.device, rig, builder))
+        tables = self._tables(
+            "optimal", operator_key(rig), lambda: OptimalTables(self.device, rig, builder)
+        )
         tables.ask(rig.prefilter)
         with _Textures(self.device) as make:
             shown = make.panel(rig, "panel image")
@@ -118,7 +119,7 @@ class GpuRenderer:
         self._require_size(rig)
         self.device.make_current()
         tables = self._tables(
-            "perceive", (rig, rays), lambda: PerceiveTables(self.device, rig, rays)
+            "perceive", (operator_key(rig), rays), lambda: PerceiveTables(self.device, rig, rays)
         )
         with _Textures(self.device) as make:
             seen = make.panel(rig, "perceived image")

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vrlf.content.pictures import StereoSource
 from vrlf.errors import InputError
 from vrlf.images import resize_area
-from vrlf.model import Rig
+from vrlf.model import Prefilter, Rig
 from vrlf.optics.fitting import Fit, FitMode, fit_picture
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.samples import MAX_POINTS
@@ -98,3 +98,8 @@ def check_rays(rays: int) -> None:
     """Refuse a number of rays that means nothing, or that no table holds."""
     if isinstance(rays, bool) or not isinstance(rays, int) or not 1 <= rays <= MAX_POINTS:
         raise InputError(f"rays: found {rays}, wanted a whole number from 1 to {MAX_POINTS}")
+
+
+def operator_key(rig: Rig) -> Rig:
+    """What the perception operator depends on: all of a rig but the prefilter's settings."""
+    return rig.model_copy(update={"prefilter": Prefilter()})

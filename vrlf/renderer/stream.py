@@ -1,0 +1,217 @@
+"""Frame after frame of one wearer: pictures and tables stay on the GPU.
+
+    with Stream(device, rig) as stream:
+        while True:
+            rig = stream.begin()      # the frame belongs to this rig, wholly
+            draw(stream.target, rig)
+            stream.show()             # target -> panel
+            stream.look()             # panel -> seen, if rays were asked for
+
+A new prescription (``change``) is made a piece at a time at the frames' beginnings and takes
+over, whole, at the beginning of the frame after its last piece: no frame waits for it, and
+each belongs to the old one or the new.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from contextlib import ExitStack
+from functools import partial
+from types import TracebackType
+from typing import Any, Self
+
+from vrlf.gpu import Device, Texture
+from vrlf.model import Rig
+from vrlf.passes import Forward, ForwardTables, Perceive, PerceiveTables
+from vrlf.renderer.making import Made, Part, Parts, advanced, at_once, making
+from vrlf.renderer.steps import Exposure, check_rays, exposure_factor, operator_key
+from vrlf.solve import Optimal, OptimalTables
+
+# A third of a frame at 90 Hz: what is left serves the frame.
+DEFAULT_MAKING_MS = 4.0
+
+
+class Stream:
+    """Owns one wearer's pictures, tables and programs on a device.
+
+    Parameters
+    ----------
+    device : Device
+        Stays its owner's.
+    rig : Rig
+        The first prescription; its tables are made at once.
+    rays : int, optional
+        For each retinal pixel; without them ``look`` is refused and costs nothing.
+    making_ms : float
+        Time that a frame gives to the making of another prescription's tables; a piece of
+        work that has begun is finished.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        rig: Rig,
+        *,
+        rays: int | None = None,
+        making_ms: float = DEFAULT_MAKING_MS,
+    ) -> None:
+        if rays is not None:
+            check_rays(rays)
+        self.device, self._rays, self._making_ms = device, rays, making_ms
+        self._owned = ExitStack()
+        self._present: dict[str, Made] = {}
+        self._making: Generator[None, None, Parts] | None = None
+        self._coming: Rig | None = None
+        self._wanted: Rig | None = None
+        self.frames = 0
+        self.rig = rig
+        device.make_current()
+        try:
+            self._forward = self._own(Forward(device))
+            self._perceive = self._own(Perceive(device))
+            self._optimal = self._own(Optimal(device))
+            for _ in self._first(rig):
+                pass
+        except BaseException:
+            self.release()
+            raise
+
+    def _own(self, item: Any) -> Any:
+        self._owned.callback(item.release)
+        return item
+
+    def _first(self, rig: Rig) -> Iterator[None]:
+        parts = yield from making(self._parts(rig), {})
+        self._present = parts.replacing({})
+
+    @property
+    def target(self) -> Texture:
+        """What both eyes should perceive, for the caller to write (rgba32f, linear light)."""
+        return self._texture("target")
+
+    @property
+    def panel(self) -> Texture:
+        """The panel image of the last ``show``; the target itself where nothing prefilters it."""
+        return self.target if self._shows_target else self._texture("panel image")
+
+    @property
+    def seen(self) -> Texture:
+        """What both eyes saw in the last ``look``."""
+        return self._texture("perceived image")
+
+    @property
+    def is_changing(self) -> bool:
+        """Whether another prescription is wanted that no frame belongs to yet."""
+        return self._making is not None or self._wanted is not None
+
+    def change(self, rig: Rig) -> None:
+        """Want another prescription, headset or panel.
+
+        One that is being made already is finished and shown first, so that a key held down is
+        followed and not put off; of several wants the last one counts.
+        """
+        self.device.require_texture_size(rig.panel.width_px, rig.panel.height_px, "panel")
+        self._wanted = rig
+
+    def begin(self) -> Rig:
+        """Begin a frame: work on what comes, or swap it in; the rig that the frame belongs to.
+
+        Raises
+        ------
+        VrlfError
+            If what was wanted cannot be made; it is forgotten, and the old one stays.
+        """
+        self.device.make_current()
+        if self._making is None and self._wanted is not None:
+            self._coming, self._wanted = self._wanted, None
+            self._making = making(self._parts(self._coming), self._present)
+        if self._making is not None:
+            self._advance()
+        self.frames += 1
+        return self.rig
+
+    def _advance(self) -> None:
+        making, coming = self._making, self._coming
+        assert making is not None
+        assert coming is not None
+        # What fails is dropped before its error goes up.
+        self._making = None
+        parts = advanced(making, self._making_ms)
+        if parts is None:
+            self._making = making
+            return
+        self._present, self.rig = parts.replacing(self._present), coming
+
+    def show(self) -> None:
+        """Compute the panel image for the target."""
+        tables = self._present["prefilter"].item
+        if self.rig.prefilter.method == "optimal":
+            tables.ask(self.rig.prefilter)
+            self._optimal.run(tables, self.target, self.panel)
+        elif not self._shows_target:
+            self._forward.run(tables, self.target, self.panel)
+
+    def look(self, exposure: Exposure = "auto") -> None:
+        """Compute what both eyes see of the panel image."""
+        factor = exposure_factor(self.rig, exposure)
+        tables = self._present["rays"].item
+        if tables is None:
+            raise ValueError("stream: found a look without rays, wanted Stream(..., rays=N)")
+        self._perceive.run(tables, self.panel, self.seen, exposure=factor)
+
+    @property
+    def _shows_target(self) -> bool:
+        return self._present["prefilter"].item is None
+
+    def _texture(self, name: str) -> Texture:
+        texture = self._present[name].item
+        assert isinstance(texture, Texture)
+        return texture
+
+    def _parts(self, rig: Rig) -> Iterator[Part]:
+        """What a rig needs, the long work first."""
+        device, size = self.device, (rig.panel.width_px, rig.panel.height_px)
+        yield self._prefilter_part(rig)
+        if self._rays is None:
+            yield Part("rays", None, at_once(lambda: None))
+        else:
+            rays = self._rays
+            key = (operator_key(rig), rays)
+            yield Part("rays", key, at_once(lambda: PerceiveTables(device, rig, rays)))
+        for name in ("target", "panel image", "perceived image"):
+            yield Part(name, size, at_once(partial(Texture, device, size, label=name)))
+
+    def _prefilter_part(self, rig: Rig) -> Part:
+        method = rig.prefilter.method
+        if method == "optimal":
+            key: Any = (method, operator_key(rig))
+            return Part("prefilter", key, lambda: self._optimal_pieces(rig))
+        if method == "none" or rig.array.kind == "none":
+            return Part("prefilter", "target itself", at_once(lambda: None))
+        return Part("prefilter", (method, rig), at_once(lambda: ForwardTables(self.device, rig)))
+
+    def _optimal_pieces(self, rig: Rig) -> Generator[None, None, OptimalTables]:
+        return OptimalTables(self.device, rig, self._optimal.builder)
+        yield
+
+    def release(self) -> None:
+        """Give everything back but the device; the second call does nothing."""
+        if self._making is not None:
+            self._making.close()
+            self._making = None
+        for each in self._present.values():
+            if each.item is not None:
+                each.item.release()
+        self._present = {}
+        self._owned.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.release()
