@@ -1,107 +1,109 @@
-// The forward prefilter: each sub-pixel shows what the one lenslet that serves it needs.
+// The forward prefilter, sample by sample: each sub-pixel shows what the one lenslet that serves
+// it needs. Takes any map and any pixel.
 //
-// Reads:  target (what the eyes should perceive, linear), the inverse maps of both eyes.
-// Writes: shown (the panel image, linear).
+// Reads:  target (what the eyes should perceive, linear), the inverse maps of both eyes; with
+//         LISTED the pixels to do.
+// Writes: shown (the panel image, linear); with LISTED the listed pixels of it.
 // Twin:   vrlf/reference/forward.py. Derivation: vrlf/optics/inverse.py.
 //
 // Defines: DEGREE of the displacement polynomials; RAY_SETS 1 where all colours share their
-//          samples (full sub-pixels, one wavelength), else 3.
+//          samples (full sub-pixels, one wavelength), else 3; GRID, the samples along a side;
+//          WALLS 1 with barriers that absorb; LISTED.
+// A layer of groups is an eye.
 
 #include "block/Forward"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
 
 layout(binding = 0) uniform sampler2D target;
-layout(binding = 0, rgba32f) writeonly uniform image2D shown;
-
-layout(std430, binding = 0) readonly buffer Displacements { vec2 displacements[]; };
 layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
 layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
+layout(binding = 0, rgba32f) writeonly uniform image2D shown;
+
+#if LISTED
+// How many of the left eye's and of the right eye's, then those: column + 65536 row.
+layout(std430, binding = 4) readonly buffer Listed { uint listed[]; };
+#endif
 
 #include "include/viewport.glsl"
 #include "include/lattice.glsl"
+#include "include/forward_rays.glsl"
+#include "include/each_sample.glsl"
+#include "include/four_texels.glsl"
 
-struct Pixel {
-    ivec2 at;
-    int eye;
-    vec4 crossed;  // where the ray to the pupil's centre crosses the array
-    vec4 owner;
+// Between which texels a landing lies; the edge pixel goes on to the viewport's border.
+struct Read {
+    vec2 pixel;  // the upper left texel
+    vec2 part;   // of the way to the lower right one
 };
 
-// X - x in pixels for a place in a cell: two polynomials at once, by Horner's rule.
-vec2 displacement(vec2 t, int set) {
-    int first = set * (DEGREE + 1) * (DEGREE + 1);
-    vec2 value = vec2(0.0);
-    for (int i = DEGREE; i >= 0; i--) {
-        vec2 inner = vec2(0.0);
-        for (int j = DEGREE - i; j >= 0; j--) {
-            inner = inner * t.y + displacements[first + i * (DEGREE + 1) + j];
-        }
-        value = value * t.x + inner;
-    }
-    return value;
+Read read_at(Pixel from, vec2 landing) {
+    vec2 low = vec2(first_column(from.eye), 0) - vec2(from.at);
+    vec2 high = low + vec2(view_px) - 1.0;
+    landing = clamp(landing, low, high);
+    // At the far edge the last two texels, not the last and the other eye's first.
+    vec2 whole = min(floor(landing), high - 1.0);
+    return Read(vec2(from.at) + whole, landing - whole);
 }
 
-vec3 clamped_texel(ivec2 pixel, int eye) {
-    int first = first_column(eye);
-    pixel = clamp(pixel, ivec2(first, 0), ivec2(first + view_px.x - 1, view_px.y - 1));
-    return texelFetch(target, pixel, 0).rgb;
+// Bilinear between pixel centres.
+float light_of(Read read, int colour) {
+    vec4 texels = four_texels(read.pixel, colour);
+    vec2 columns = mix(texels.wx, texels.zy, read.part.x);
+    return mix(columns.x, columns.y, read.part.y);
 }
 
-// Bilinear between pixel centres; the edge pixel goes on to the viewport's border, black beyond.
-vec3 read_target(Pixel from, vec2 place) {
-    vec2 border = vec2(from.at - ivec2(first_column(from.eye), 0)) + 0.5 + place;
-    if (any(lessThan(border, vec2(0.0))) || any(greaterThan(border, vec2(view_px)))) {
-        return vec3(0.0);
-    }
-    vec2 whole = floor(place);
-    vec2 part = place - whole;
-    ivec2 corner = from.at + ivec2(whole);
-    vec3 upper = mix(clamped_texel(corner, from.eye),
-                     clamped_texel(corner + ivec2(1, 0), from.eye), part.x);
-    vec3 lower = mix(clamped_texel(corner + ivec2(0, 1), from.eye),
-                     clamped_texel(corner + ivec2(1, 1), from.eye), part.x);
-    return mix(upper, lower, part.y);
+// Sums over the samples of a sub-pixel: light in all but the last, those that met the pupil there.
+void add_shared(inout vec4 sum, Pixel from, vec2 column_row) {
+    Ray ray = ray_at(from, sample_place(0, column_row), ray_set(from.eye, 0));
+    Read read = read_at(from, ray.landing);
+    vec3 light = vec3(light_of(read, 0), light_of(read, 1), light_of(read, 2));
+    sum.rgb += reads(from, ray) ? light : vec3(0.0);
+    sum.a += float(ray.met);
 }
 
-// One sample: rgb is what it reads, a is 1 if its ray met the pupil.
-vec4 sample_at(Pixel from, vec2 place_px, int set) {
-    vec2 q = from.crossed.xy + array_from_panel * times(cells_per_px, place_px);
-    vec2 cell = nearest_cell(q);
-    vec2 in_cell = q - cell;
-    vec2 pupil = times(pupil_radii_per_cell[from.eye], in_cell);
-    if (dot(pupil, pupil) > 1.0) return vec4(0.0);  // missed the pupil
-    if (barriers != 0) {
-        vec2 off = nearest_cell(from_owner(from.owner, from.crossed, cell, place_px));
-        if (off != vec2(0.0)) return vec4(0.0);  // absorbed by a wall
-    }
-    return vec4(read_target(from, place_px + displacement(in_cell, set)), 1.0);
+void add(inout vec2 sum, Pixel from, int colour, vec2 column_row) {
+    Ray ray = ray_at(from, sample_place(colour, column_row), ray_set(from.eye, colour));
+    float light = light_of(read_at(from, ray.landing), colour);
+    sum.x += reads(from, ray) ? light : 0.0;
+    sum.y += float(ray.met);
 }
 
-// The mean over a grid of points in an emitting rectangle, of those that met the pupil.
-vec3 mean_of(Pixel from, vec4 box, int set) {
-    vec4 sum = vec4(0.0);
-    for (int row = 0; row < subpixel_grid; row++) {
-        for (int column = 0; column < subpixel_grid; column++) {
-            vec2 part = (vec2(column, row) + 0.5) / float(subpixel_grid);
-            sum += sample_at(from, mix(box.xy, box.zw, part) - 0.5, set);
-        }
-    }
-    return sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0);
+float mean_of(Pixel from, int colour) {
+    vec2 sum = vec2(0.0);
+#define ADD(column, row) add(sum, from, colour, vec2(column, row));
+    EACH_SAMPLE(ADD)
+#undef ADD
+    return sum.y > 0.0 ? sum.x / sum.y : 0.0;
 }
 
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (pixel.x >= panel_px.x || pixel.y >= panel_px.y) return;
-    int eye = eye_of(pixel.x);
-    vec3 light = vec3(0.0);
-    if (eye != NO_EYE) {
-        Pixel from = Pixel(pixel, eye, crossings[pixel.x] + crossings[panel_px.x + pixel.y], vec4(0.0));
-        if (barriers != 0) from.owner = owners[pixel.x] + owners[panel_px.x + pixel.y];
+vec3 light_at(Pixel from) {
 #if RAY_SETS == 1
-        light = mean_of(from, emitting[0], eye);
+    vec4 sum = vec4(0.0);
+#define ADD(column, row) add_shared(sum, from, vec2(column, row));
+    EACH_SAMPLE(ADD)
+#undef ADD
+    return sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0);
 #else
-        for (int c = 0; c < 3; c++) light[c] = mean_of(from, emitting[c], eye * 3 + c)[c];
+    return vec3(mean_of(from, 0), mean_of(from, 1), mean_of(from, 2));
 #endif
-    }
-    imageStore(shown, pixel, vec4(light, 1.0));
 }
+
+#if LISTED
+void main() {
+    int eye = int(gl_WorkGroupID.z);
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint index = group * uint(GROUP_PX * GROUP_PX) + gl_LocalInvocationIndex;
+    if (index >= listed[eye]) return;
+    uint place = listed[2u + (eye == 0 ? 0u : listed[0]) + index];
+    ivec2 at = ivec2(place & 0xffffu, place >> 16);
+    imageStore(shown, at, vec4(light_at(pixel_at(at, eye)), 1.0));
+}
+#else
+void main() {
+    int eye = int(gl_WorkGroupID.z);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(first_column(eye), 0);
+    vec3 light = light_at(pixel_at(at, eye));
+    if (eye_of(at.x) != eye) light = vec3(0.0);
+    if (is_written_by(at, eye)) imageStore(shown, at, vec4(light, 1.0));
+}
+#endif

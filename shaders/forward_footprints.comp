@@ -1,0 +1,119 @@
+// The forward prefilter by footprints: a sub-pixel whose samples all take one lenslet and land in
+// the viewport sees them through one affine map, so its mean of bilinear reads is one weighted
+// sum over a small window of texels: each is fetched once, not once for every sample it serves.
+//
+// Reads:  target (what the eyes should perceive, linear), the inverse maps of both eyes.
+// Writes: shown (the panel image, linear). Pixels with a sub-pixel that is cut, by the border of a
+//         cell, of the pupil or of the viewport, get nonsense: forward.comp does them again.
+// Twin:   vrlf/reference/forward.py. Derivation: vrlf/optics/footprint.py.
+//
+// Defines: RAY_SETS, GRID and WALLS as in forward.comp; DEGREE is 1; WINDOW_X and WINDOW_Y, the
+//          texels that hold every footprint, even numbers; ALIGNED 1 where sample rows and
+//          columns stay such in the target.
+// A layer of groups is an eye.
+
+#include "block/Forward"
+layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
+
+layout(binding = 0) uniform sampler2D target;
+layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
+layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
+layout(binding = 0, rgba32f) writeonly uniform image2D shown;
+
+#include "include/viewport.glsl"
+#include "include/lattice.glsl"
+#include "include/forward_rays.glsl"
+#include "include/each_sample.glsl"
+#include "include/four_texels.glsl"
+
+const float MIDDLE = 0.5 * float(GRID - 1);
+
+struct Footprint {
+    vec2 pixel;                            // the window's upper left texel
+    float weights[WINDOW_X * WINDOW_Y];
+    bool reads;
+};
+
+// What linear interpolation gives the texel at 0 of a sample at x.
+float hat(float x) {
+    return max(1.0 - abs(x), 0.0);
+}
+
+#if ALIGNED
+// The sum over a row, or a column, of samples.
+float hats(float first, float step, float texel) {
+    float sum = 0.0;
+    for (int k = 0; k < GRID; k++) sum += hat(first + float(k) * step - texel);
+    return sum;
+}
+#else
+void add_sample(inout Footprint to, vec2 at) {
+    float across[WINDOW_X];
+    for (int x = 0; x < WINDOW_X; x++) across[x] = hat(at.x - float(x));
+    for (int y = 0; y < WINDOW_Y; y++) {
+        float down = hat(at.y - float(y));
+        for (int x = 0; x < WINDOW_X; x++) to.weights[y * WINDOW_X + x] += down * across[x];
+    }
+}
+#endif
+
+Footprint footprint_of(Pixel from, int colour) {
+    int set = ray_set(from.eye, colour);
+    vec4 steps = target_steps[set];  // in the target, along a row (xy) and down a column (zw)
+    Ray middle = ray_at(from, sample_place(colour, vec2(MIDDLE)), set);
+    vec2 low = floor(middle.landing - MIDDLE * (abs(steps.xy) + abs(steps.zw)));
+    // At a border the window moves in: what it loses weighs nothing, and the other eye's texels
+    // don't even count as nothing.
+    vec2 border = vec2(first_column(from.eye), 0) - vec2(from.at);
+    low = max(min(low, border + vec2(view_px - ivec2(WINDOW_X, WINDOW_Y))), border);
+    vec2 first = middle.landing - MIDDLE * (steps.xy + steps.zw) - low;
+    Footprint made;
+    made.pixel = vec2(from.at) + low;
+    made.reads = reads(from, middle);
+#if ALIGNED
+    float across[WINDOW_X];
+    for (int x = 0; x < WINDOW_X; x++) across[x] = hats(first.x, steps.x, float(x));
+    for (int y = 0; y < WINDOW_Y; y++) {
+        float down = hats(first.y, steps.w, float(y));
+        for (int x = 0; x < WINDOW_X; x++) made.weights[y * WINDOW_X + x] = down * across[x];
+    }
+#else
+    for (int i = 0; i < WINDOW_X * WINDOW_Y; i++) made.weights[i] = 0.0;
+#define ADD(column, row) add_sample(made, first + float(column) * steps.xy + float(row) * steps.zw);
+    EACH_SAMPLE(ADD)
+#undef ADD
+#endif
+    return made;
+}
+
+float light_of(Footprint read, int colour) {
+    float sum = 0.0;
+    for (int y = 0; y < WINDOW_Y; y += 2) {
+        for (int x = 0; x < WINDOW_X; x += 2) {
+            int i = y * WINDOW_X + x;
+            vec4 weights = vec4(read.weights[i + WINDOW_X], read.weights[i + WINDOW_X + 1],
+                                read.weights[i + 1], read.weights[i]);
+            sum += dot(weights, four_texels(read.pixel + vec2(x, y), colour));
+        }
+    }
+    return read.reads ? sum / float(GRID * GRID) : 0.0;
+}
+
+vec3 light_at(Pixel from) {
+#if RAY_SETS == 1
+    Footprint shared_by_all = footprint_of(from, 0);
+    return vec3(light_of(shared_by_all, 0), light_of(shared_by_all, 1), light_of(shared_by_all, 2));
+#else
+    return vec3(light_of(footprint_of(from, 0), 0),
+                light_of(footprint_of(from, 1), 1),
+                light_of(footprint_of(from, 2), 2));
+#endif
+}
+
+void main() {
+    int eye = int(gl_WorkGroupID.z);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(first_column(eye), 0);
+    vec3 light = light_at(pixel_at(at, eye));
+    if (eye_of(at.x) != eye) light = vec3(0.0);
+    if (is_written_by(at, eye)) imageStore(shown, at, vec4(light, 1.0));
+}

@@ -1,0 +1,87 @@
+// The forward prefilter's samples: where a panel point's one lenslet shows it.
+//
+// Needs of the block: FORWARD of vrlf/passes/forward.py; of the shader: the buffers crossings and
+// owners, viewport.glsl, lattice.glsl, and the defines DEGREE, RAY_SETS and WALLS.
+// Twin: vrlf/reference/forward.py. Derivation: vrlf/optics/inverse.py.
+//
+// Places are in pixels, right and down, from the centre of the panel's own pixel: small numbers,
+// of which 32-bit floats lose nothing. An eye is uniform for a group and the maps stand in the
+// block: software GL reads a uniform place of that once for all lanes, a storage buffer lane by
+// lane, once for each of 27 samples.
+
+struct Pixel {
+    ivec2 at;
+    int eye;
+    vec4 crossed;  // where the ray to the pupil's centre crosses the array
+    vec4 owner;    // the same for the barriers
+};
+
+Pixel pixel_at(ivec2 at, int eye) {
+    ivec2 held = min(at, panel_px - 1);  // groups reach beyond the panel
+    int column = held.x, row = panel_px.x + held.y;
+    vec4 crossed = crossings[column] + crossings[row];
+#if WALLS
+    vec4 owner = owners[column] + owners[row];
+#else
+    vec4 owner = vec4(0.0);
+#endif
+    return Pixel(at, eye, crossed, owner);
+}
+
+// Groups reach beyond the panel and the viewport; the left eye's darken the middle column.
+bool is_written_by(ivec2 at, int eye) {
+    int owner = eye_of(at.x);
+    return all(lessThan(at, panel_px)) && (owner == eye || (owner == NO_EYE && eye == 0));
+}
+
+int ray_set(int eye, int colour) {
+    return eye * RAY_SETS + colour;
+}
+
+// X - x for a place in a cell: two polynomials at once, by Horner's rule.
+vec2 displacement(vec2 t, int set) {
+    int first = set * (DEGREE + 1) * (DEGREE + 1);
+#if DEGREE == 1
+    return moves[first].xy + t.x * moves[first + 2].xy + t.y * moves[first + 1].xy;
+#else
+    vec2 value = vec2(0.0);
+    for (int i = DEGREE; i >= 0; i--) {
+        vec2 inner = vec2(0.0);
+        for (int j = DEGREE - i; j >= 0; j--) {
+            inner = inner * t.y + moves[first + i * (DEGREE + 1) + j].xy;
+        }
+        value = value * t.x + inner;
+    }
+    return value;
+#endif
+}
+
+// The place of a sample in its sub-pixel's grid; the middle one is at (GRID - 1) / 2.
+vec2 sample_place(int colour, vec2 column_row) {
+    return samples[colour].xy + column_row * samples[colour].zw;
+}
+
+struct Ray {
+    vec2 cell;     // the lenslet it takes, counted from crossed.zw
+    bool met;      // the pupil, and no barrier
+    vec2 landing;  // X, the retinal point
+};
+
+Ray ray_at(Pixel from, vec2 place, int set) {
+    vec2 q = from.crossed.xy + array_from_panel * times(cells_per_px, place);
+    vec2 cell = nearest_cell(q);
+    vec2 in_cell = q - cell;
+    vec2 pupil = times(pupil_radii_per_cell[from.eye], in_cell);
+    bool met = dot(pupil, pupil) <= 1.0;
+#if WALLS
+    vec2 off = nearest_cell(from_owner(from.owner, from.crossed, cell, place));
+    met = met && off == vec2(0.0);  // else absorbed by a wall
+#endif
+    return Ray(cell, met, place + displacement(in_cell, set));
+}
+
+// Whether a ray meets the pupil and lands in its eye's viewport, the border included.
+bool reads(Pixel from, Ray ray) {
+    vec2 at = vec2(from.at - ivec2(first_column(from.eye), 0)) + 0.5 + ray.landing;
+    return ray.met && all(greaterThanEqual(at, vec2(0.0))) && all(lessThanEqual(at, vec2(view_px)));
+}
