@@ -64,6 +64,8 @@ def test_defaults_are_those_of_the_documented_file() -> None:
     assert rig.right.pupil_mm == 4.0
     assert rig.prefilter.method == "forward"
     assert rig.prefilter.subpixel_grid == 3
+    assert rig.prefilter.wiener is False
+    assert rig.prefilter.wiener_noise == 0.03
 
 
 def test_whole_numbers_become_floats_and_lists_tuples() -> None:
@@ -162,6 +164,8 @@ NAN, INF = float("nan"), float("inf")
         ("prefilter", "subpixel_grid", 17, "a whole number from 1 to 16"),
         ("prefilter", "black_level", 1.0, "less than the brightness of 1"),
         ("prefilter", "brightness", 0.0, "a number above 0 and up to 1"),
+        ("prefilter", "wiener_noise", 0.0, "a number from 1e-06 to 100"),
+        ("prefilter", "wiener", 1, "true or false"),
     ],
 )
 def test_an_impossible_value_is_named(table: str, key: str, value: Any, wanted: str) -> None:

@@ -26,6 +26,11 @@ class Prefilter(BaseModel):
         Steps that ``optimal`` takes at most.
     budget_ms : float or None
         Time after which ``optimal`` takes no further step; no limit if left out.
+    wiener : bool
+        Whether ``forward`` sharpens the target first, against the rig's own blur.
+    wiener_noise : float
+        Noise-to-signal power beside the array's own that this reckons with: 0.001 sharpens
+        hard, so that more is cut off at black and white, 0.1 gently.
     """
 
     model_config = GIVEN
@@ -36,6 +41,8 @@ class Prefilter(BaseModel):
     black_level: Annotated[float, between(0.0, 1.0)] = Field(default=0.0)
     iterations: Annotated[int, between(0, 1000)] = 16
     budget_ms: Annotated[float, above(0.0, 1.0e6)] | None = None
+    wiener: bool = False
+    wiener_noise: Annotated[float, between(1.0e-6, 100.0)] = 0.03
 
     @field_validator("black_level", mode="after")
     @classmethod

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from types import TracebackType
 from typing import Any, Self
 
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vrlf.content.pictures import StereoSource
+from vrlf.errors import InputError
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
 from vrlf.optics.fitting import FitMode
@@ -22,6 +24,7 @@ from vrlf.passes import (
     Perceive,
     PerceiveTables,
     Prepare,
+    Sharpen,
 )
 from vrlf.renderer.steps import (
     DEFAULT_RAYS,
@@ -34,6 +37,7 @@ from vrlf.renderer.steps import (
     operator_key,
 )
 from vrlf.solve import Optimal, OptimalTables
+from vrlf.solve.wiener import sharpen_tables
 
 
 @dataclass
@@ -59,6 +63,7 @@ class GpuRenderer:
         self._perceive = Perceive(self.device)
         self._encode: Encode | None = None
         self._optimal: Optimal | None = None
+        self._sharpen: Sharpen | None = None
         self._kept: dict[str, _Kept] = {}
         self._released = False
 
@@ -85,16 +90,34 @@ class GpuRenderer:
         target = checked_image(target, rig, "target")
         method = rig.prefilter.method
         self._require_size(rig)
-        if method == "none" or (method == "forward" and rig.array.kind == "none"):
+        bare = rig.array.kind == "none" and not rig.prefilter.wiener
+        if method == "none" or (method == "forward" and bare):
             return np.array(target, dtype=np.float32)
         self.device.make_current()
         if method == "optimal":
             return self._solve(target, rig)
-        tables = self._tables("forward", rig, lambda: ForwardTables(self.device, rig))
         with _Textures(self.device) as make:
+            light = make.holding(target, "target")
+            if rig.prefilter.wiener:
+                light = self._sharpened(light, rig, make.panel(rig, "sharpened target"))
+            if rig.array.kind == "none":
+                return _rgb(light)
+            tables = self._tables("forward", rig, lambda: ForwardTables(self.device, rig))
             shown = make.panel(rig, "panel image")
-            self._forward.run(tables, make.holding(target, "target"), shown)
+            self._forward.run(tables, light, shown)
             return _rgb(shown)
+
+    def _sharpened(self, target: Texture, rig: Rig, sharpened: Texture) -> Texture:
+        """The target after Wiener sharpening; the program is made when first needed."""
+        if self._sharpen is None:
+            self._sharpen = Sharpen(self.device)
+        tables = self._tables(
+            "sharpen",
+            rig,
+            lambda: sharpen_tables(self.device, rig, self._forward, self._perceive),
+        )
+        self._sharpen.run(tables, target, sharpened)
+        return sharpened
 
     def _solve(self, target: Image, rig: Rig) -> Image:
         """The optimal panel image; the solver's programs are made when first needed."""
@@ -126,6 +149,39 @@ class GpuRenderer:
             light = make.holding(panel, "panel image")
             self._perceive.run(tables, light, seen, exposure=exposure_factor(rig, exposure))
             return _rgb(seen)
+
+    def perceive_with_error(
+        self, panel: Image, rig: Rig, *, rays: int = DEFAULT_RAYS, exposure: Exposure = "auto"
+    ) -> tuple[Image, float]:
+        """``perceive``, and how far off its quadrature is, about: RMS over pixels and colours.
+
+        The rays are traced in two halves, each well spread by itself; what is seen is their
+        mean. Half the RMS difference between them would be the mean's own error if theirs
+        were independent. They lie between each other, so that their errors cancel in the mean
+        sooner than that: the estimate errs on the safe side.
+        """
+        panel = checked_image(panel, rig, "panel image")
+        check_rays(rays)
+        if rays < 2:
+            raise InputError(f"rays: found {rays}, wanted at least 2 (an error takes two halves)")
+        self._require_size(rig)
+        self.device.make_current()
+        factor = exposure_factor(rig, exposure)
+        with _Textures(self.device) as make:
+            seen = make.panel(rig, "perceived image")
+            light = make.holding(panel, "panel image")
+            halves = []
+            for half in ("first", "second"):
+                tables = self._tables(
+                    f"perceive {half}",
+                    (operator_key(rig), rays),
+                    partial(PerceiveTables, self.device, rig, rays, half),
+                )
+                self._perceive.run(tables, light, seen, exposure=factor)
+                halves.append(_rgb(seen))
+        difference = np.subtract(halves[0], halves[1], dtype=np.float64)
+        mean = np.asarray((halves[0] + halves[1]) / 2, dtype=np.float32)
+        return mean, float(np.sqrt(np.mean(difference**2))) / 2.0
 
     def encode(self, light: Image, *, dither: bool = False) -> NDArray[np.uint8]:
         """See ``Renderer.encode``."""
@@ -166,6 +222,7 @@ class GpuRenderer:
             self._prepare,
             self._encode,
             self._optimal,
+            self._sharpen,
             self._forward,
             self._perceive,
         ):

@@ -13,6 +13,7 @@ from vrlf.reference.forward import forward
 from vrlf.reference.optimal import optimal
 from vrlf.reference.perceive import perceive
 from vrlf.reference.prepare import prepare
+from vrlf.reference.sharpen import sharpen
 from vrlf.renderer.steps import (
     DEFAULT_RAYS,
     Exposure,
@@ -22,6 +23,8 @@ from vrlf.renderer.steps import (
     exposure_factor,
     fitted,
 )
+from vrlf.solve.spread import SPREAD_RAYS, point_spread
+from vrlf.solve.wiener import kernel_of
 
 
 class ReferenceRenderer:
@@ -42,7 +45,11 @@ class ReferenceRenderer:
             return np.array(target, dtype=np.float32)
         if rig.prefilter.method == "optimal":
             return optimal(target.astype(np.float64), rig, DEFAULT_RAYS).astype(np.float32)
-        return forward(target.astype(np.float64), rig).astype(np.float32)
+        wanted = target.astype(np.float64)
+        if rig.prefilter.wiener:
+            kernel = kernel_of(point_spread(rig, _perceived), rig.prefilter.wiener_noise)
+            wanted = sharpen(wanted, rig, kernel.taps, kernel.shift_px)
+        return forward(wanted, rig).astype(np.float32)
 
     def perceive(
         self, panel: Image, rig: Rig, *, rays: int = DEFAULT_RAYS, exposure: Exposure = "auto"
@@ -56,3 +63,9 @@ class ReferenceRenderer:
     def encode(self, light: Image, *, dither: bool = False) -> NDArray[np.uint8]:
         """See ``Renderer.encode``."""
         return encode(light.astype(np.float64), dither=dither)
+
+
+def _perceived(target: Image, rig: Rig) -> Image:
+    """What is perceived of a target, for measuring point spreads."""
+    shown = forward(target.astype(np.float64), rig)
+    return perceive(shown, rig, SPREAD_RAYS).astype(np.float32)

@@ -22,10 +22,11 @@ from typing import Any, Self
 
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
-from vrlf.passes import Forward, ForwardTables, Perceive, PerceiveTables
+from vrlf.passes import Forward, ForwardTables, Perceive, PerceiveTables, Sharpen
 from vrlf.renderer.making import Made, Part, Parts, advanced, at_once, making
 from vrlf.renderer.steps import Exposure, check_rays, exposure_factor, operator_key
-from vrlf.solve import Optimal, OptimalTables
+from vrlf.solve import Memory, Optimal, OptimalTables
+from vrlf.solve.wiener import sharpen_pieces
 
 # A third of a frame at 90 Hz: what is left serves the frame.
 DEFAULT_MAKING_MS = 4.0
@@ -70,6 +71,8 @@ class Stream:
             self._forward = self._own(Forward(device))
             self._perceive = self._own(Perceive(device))
             self._optimal = self._own(Optimal(device))
+            self._memory = self._own(Memory(device))
+            self._sharpen = self._own(Sharpen(device))
             for _ in self._first(rig):
                 pass
         except BaseException:
@@ -92,7 +95,7 @@ class Stream:
     @property
     def panel(self) -> Texture:
         """The panel image of the last ``show``; the target itself where nothing prefilters it."""
-        return self.target if self._shows_target else self._texture("panel image")
+        return self._wanted_light if self._shows_target else self._texture("panel image")
 
     @property
     def seen(self) -> Texture:
@@ -144,12 +147,23 @@ class Stream:
 
     def show(self) -> None:
         """Compute the panel image for the target."""
+        sharpening = self._present["sharpening"].item
+        if sharpening is not None:
+            self._sharpen.run(sharpening, self.target, self._wanted_light)
         tables = self._present["prefilter"].item
         if self.rig.prefilter.method == "optimal":
             tables.ask(self.rig.prefilter)
-            self._optimal.run(tables, self.target, self.panel)
+            given = self.rig.prefilter
+            self._optimal.frame(
+                self._memory,
+                tables,
+                self.target,
+                self.panel,
+                steps=given.iterations,
+                budget_ms=given.budget_ms,
+            )
         elif not self._shows_target:
-            self._forward.run(tables, self.target, self.panel)
+            self._forward.run(tables, self._wanted_light, self.panel)
 
     def look(self, exposure: Exposure = "auto") -> None:
         """Compute what both eyes see of the panel image."""
@@ -158,6 +172,12 @@ class Stream:
         if tables is None:
             raise ValueError("stream: found a look without rays, wanted Stream(..., rays=N)")
         self._perceive.run(tables, self.panel, self.seen, exposure=factor)
+
+    @property
+    def _wanted_light(self) -> Texture:
+        """The target, sharpened where the rig wants it."""
+        sharpened = self._present["sharpened target"].item
+        return self.target if sharpened is None else self._texture("sharpened target")
 
     @property
     def _shows_target(self) -> bool:
@@ -172,6 +192,7 @@ class Stream:
         """What a rig needs, the long work first."""
         device, size = self.device, (rig.panel.width_px, rig.panel.height_px)
         yield self._prefilter_part(rig)
+        yield from self._sharpening_parts(rig)
         if self._rays is None:
             yield Part("rays", None, at_once(lambda: None))
         else:
@@ -185,14 +206,32 @@ class Stream:
         method = rig.prefilter.method
         if method == "optimal":
             key: Any = (method, operator_key(rig))
-            return Part("prefilter", key, lambda: self._optimal_pieces(rig))
+            begin = partial(OptimalTables.building, self.device, rig, self._optimal.builder)
+            return Part("prefilter", key, begin)
         if method == "none" or rig.array.kind == "none":
             return Part("prefilter", "target itself", at_once(lambda: None))
-        return Part("prefilter", (method, rig), at_once(lambda: ForwardTables(self.device, rig)))
+        return Part("prefilter", (method, rig), partial(self._forward_pieces, rig))
 
-    def _optimal_pieces(self, rig: Rig) -> Generator[None, None, OptimalTables]:
-        return OptimalTables(self.device, rig, self._optimal.builder)
-        yield
+    def _forward_pieces(self, rig: Rig) -> Generator[None, None, ForwardTables]:
+        with ExitStack() as undo:
+            tables = ForwardTables(self.device, rig)
+            undo.callback(tables.release)
+            yield
+            self._forward.complete(tables)
+            undo.pop_all()
+        return tables
+
+    def _sharpening_parts(self, rig: Rig) -> Iterator[Part]:
+        nothing = at_once(lambda: None)
+        if rig.prefilter.method != "forward" or not rig.prefilter.wiener:
+            yield Part("sharpening", None, nothing)
+            yield Part("sharpened target", None, nothing)
+            return
+        device, size = self.device, (rig.panel.width_px, rig.panel.height_px)
+        begin = partial(sharpen_pieces, device, rig, self._forward, self._perceive)
+        yield Part("sharpening", rig, begin)
+        texture = partial(Texture, device, size, label="sharpened target")
+        yield Part("sharpened target", size, at_once(texture))
 
     def release(self) -> None:
         """Give everything back but the device; the second call does nothing."""
