@@ -3,6 +3,8 @@
 // Reads:  light (on the panel's raster), target, the rows of the table.
 // Writes: result = table * light - subtracted * target.
 // Twin:   vrlf/reference/optimal.py.
+//
+// Defines: as in include/table.glsl.
 
 #include "block/Apply"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
@@ -10,10 +12,6 @@ layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
 layout(binding = 0) uniform sampler2D light;
 layout(binding = 1) uniform sampler2D target;
 layout(binding = 0, rgba32f) writeonly uniform image2D result;
-
-layout(std430, binding = 0) readonly buffer Entries { uvec4 entries[]; };
-layout(std430, binding = 1) readonly buffer Starts { int starts[]; };
-layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
 
 #include "include/viewport.glsl"
 #include "include/table.glsl"

@@ -1,10 +1,10 @@
 // The perception operator, tabulated: which panel pixels a retinal pixel sees, and how much.
 //
 // That depends on nothing but where in its cell the pixel's chief ray crosses the array. One
-// invocation takes one such place (a phase) and deposits its rays' weights in a window of
-// panel offsets, which is its own: no atomics.
+// invocation takes one such place (a phase), or one pixel, and deposits its rays' weights in
+// a window of panel offsets, which is its own: no atomics.
 //
-// Reads:  the ray tables. Writes: windows[phase][row][column][colour], added to.
+// Reads:  the ray tables. Writes: windows[row][line][column][colour], added to.
 // Twin:   vrlf/reference/optimal.py, which tabulates every pixel by itself.
 //
 // Defines: as in perceive.comp.
@@ -17,6 +17,7 @@ layout(std430, binding = 1) readonly buffer Within { vec2 within[]; };
 layout(std430, binding = 4) readonly buffer Bins { int bin_starts[]; };
 layout(std430, binding = 5) buffer Windows { float windows[]; };
 
+#include "include/viewport.glsl"
 #include "include/subpixels.glsl"
 #include "include/lattice.glsl"
 #include "include/rays.glsl"
@@ -31,33 +32,36 @@ void deposit(vec2 offset, vec3 weight) {
     for (int c = 0; c < 3; c++) windows[first + c] += weight[c] * channel[c];
 }
 
-vec3 at_landing(Retina at, vec2 place) {
-    vec2 whole = floor(place + 0.5);
-    deposit(whole, emission_at(place + 0.5 - whole));
+vec3 shown(Retina at, vec2 offset, vec3 weight) {
+    deposit(offset, weight);
     return vec3(0.0);
 }
 
-vec3 over_landing(Retina at, vec2 place, float side) {
-    vec2 low = place + 0.5 - 0.5 * side;
-    vec2 first = floor(low);
-    for (int row = 0; row < FOOTPRINT_PX; row++) {
-        for (int column = 0; column < FOOTPRINT_PX; column++) {
-            vec2 pixel = first + vec2(column, row);
-            deposit(pixel, emission_over(low - pixel, side));
-        }
-    }
-    return vec3(0.0);
+// Perpendicular walls divide the panel by another measure than the chief rays, so that a row is
+// a pixel's own (phases_a_side is 0).
+layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
+layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
+
+Retina of_pixel(int row) {
+    ivec2 pixel = ivec2(first_column(eye) + row % view_px.x, row / view_px.x);
+    return Retina(ivec2(0), eye, crossings[pixel.x] + crossings[panel_px.x + pixel.y],
+                  owners[pixel.x] + owners[panel_px.x + pixel.y]);
+}
+
+// The barriers of a phase are those of a cell: converging walls divide the panel as the
+// chief rays do.
+Retina of_phase(int phase) {
+    vec2 place = vec2(phase % phases_a_side, phase / phases_a_side) / float(phases_a_side) - 0.5;
+    return Retina(ivec2(0), eye, vec4(place, 0.0, 0.0), vec4(place, 0.0, 0.0));
 }
 
 void main() {
     int index = int(gl_GlobalInvocationID.x);
-    if (index >= phase_count) return;
-    int phase = first_phase + index;
-    vec2 place = vec2(phase % phases_a_side, phase / phases_a_side) / float(phases_a_side) - 0.5;
+    if (index >= row_count) return;
+    Retina at;
+    if (phases_a_side == 0) at = of_pixel(first_row + index);
+    else at = of_phase(first_row + index);
     window_start = index * window_px.x * window_px.y * 3;
-    // The barriers of a phase are those of a cell: converging walls divide the panel as the
-    // chief rays do.
-    Retina at = Retina(ivec2(0), eye, vec4(place, 0.0, 0.0), vec4(place, 0.0, 0.0));
 #if COLOURS == 1
     channel = vec3(1.0);
     gathered(at, eye);

@@ -1,29 +1,66 @@
-// Where the solver starts: the normalised backprojection.
+// Where the solver starts: cold from the normalised backprojection, warm from the last frame.
 //
-// Reads:  light (P'i of the target i), reached (P'1).
-// Writes: shown = stepped = ahead = P't / P'1 in bounds, t = black + (brightness - black) i,
-//         dark where no ray reaches.
-// Twin:   vrlf/reference/optimal.py.
+//     c = P't / P'1 in bounds, t = black + (brightness - black) i, dark where no ray reaches
+//
+// Cold, all that is written is c. Warm, what the steps had added to the last frame's c is added
+// to this one's, as far as the picture still stands where it stood: where c did not change,
+// all of it, momentum too; where it changed much, nothing.
+//
+// Reads:  light (P'i of the target i), reached (P'1); WARM also before (the last frame's c).
+// Writes: shown, begun (c), stepped and ahead (see operator_step.comp).
+// Twin:   vrlf/reference/optimal.py (cold).
+//
+// Defines: WARM 1 after another frame with the same tables; NEAR, how far a change is looked for.
 
 #include "block/Start"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
 
 layout(binding = 0) uniform sampler2D light;
 layout(binding = 1) uniform sampler2D reached;
+layout(binding = 2) uniform sampler2D before;
 layout(binding = 0, rgba32f) writeonly uniform image2D shown;
-layout(binding = 1, rgba32f) writeonly uniform image2D stepped;
-layout(binding = 2, rgba32f) writeonly uniform image2D ahead;
+layout(binding = 1, rgba32f) uniform image2D stepped;
+layout(binding = 2, rgba32f) uniform image2D ahead;
+layout(binding = 3, rgba32f) writeonly uniform image2D begun;
 
 #include "include/quotient.glsl"
+
+vec3 backprojected(ivec2 pixel) {
+    vec3 reach = texelFetch(reached, pixel, 0).rgb;
+    // P't, so that a pixel without rays stays dark whatever the black level.
+    vec3 back = black_level * reach + (brightness - black_level) * texelFetch(light, pixel, 0).rgb;
+    return clamp(where_reached(back, reach, reach), 0.0, 1.0);
+}
+
+#if WARM
+// How much of what was added is kept: by how much c changed, mean square, about the pixel.
+float kept_share(ivec2 pixel) {
+    float change = 0.0;
+    for (int row = -NEAR; row <= NEAR; row++) {
+        for (int column = -NEAR; column <= NEAR; column++) {
+            ivec2 at = clamp(pixel + ivec2(column, row), ivec2(0), size_px - 1);
+            vec3 moved = backprojected(at) - texelFetch(before, at, 0).rgb;
+            change += dot(moved, moved);
+        }
+    }
+    change /= 3.0 * float((2 * NEAR + 1) * (2 * NEAR + 1));
+    return trust * trust / (trust * trust + change * change);
+}
+#endif
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (pixel.x >= size_px.x || pixel.y >= size_px.y) return;
-    vec3 reach = texelFetch(reached, pixel, 0).rgb;
-    // P't, so that a pixel without rays stays dark whatever the black level.
-    vec3 back = black_level * reach + (brightness - black_level) * texelFetch(light, pixel, 0).rgb;
-    vec4 start = vec4(clamp(where_reached(back, reach, reach), 0.0, 1.0), 1.0);
-    imageStore(shown, pixel, start);
-    imageStore(stepped, pixel, start);
-    imageStore(ahead, pixel, start);
+    vec3 c = backprojected(pixel);
+    vec4 w = vec4(c, 1.0), z = vec4(c, 1.0);
+#if WARM
+    float share = kept_share(pixel);
+    vec4 old = vec4(texelFetch(before, pixel, 0).rgb, 1.0);
+    w += share * (imageLoad(stepped, pixel) - old);
+    z += share * (imageLoad(ahead, pixel) - old);
+#endif
+    imageStore(begun, pixel, vec4(c, 1.0));
+    imageStore(shown, pixel, vec4(clamp(z.rgb, 0.0, 1.0), 1.0));
+    imageStore(stepped, pixel, w);
+    imageStore(ahead, pixel, z);
 }

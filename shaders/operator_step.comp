@@ -2,8 +2,11 @@
 //
 // Reads:  light (the residual P x - t), reached (P'1), curvature (P'P1).
 // Writes: shown (x, the panel image, in [0, 1] after every step), stepped (w) and ahead (z, x
-//         before it was bounded), each pixel its own.
+//         before it was bounded), each pixel its own. The alphas of stepped and ahead keep
+//         POGM's theta and gamma: over frames each pixel has a momentum of its own.
 // Twin:   vrlf/reference/optimal.py. Taylor, Hendrickx & Glineur 2017, POGM, diagonal metric.
+//
+// Defines: as in include/table.glsl.
 
 #include "block/Step"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
@@ -11,13 +14,9 @@ layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
 layout(binding = 0) uniform sampler2D light;
 layout(binding = 1) uniform sampler2D reached;
 layout(binding = 2) uniform sampler2D curvature;
-layout(binding = 0, rgba32f) uniform image2D shown;
+layout(binding = 0, rgba32f) writeonly uniform image2D shown;
 layout(binding = 1, rgba32f) uniform image2D stepped;
 layout(binding = 2, rgba32f) uniform image2D ahead;
-
-layout(std430, binding = 0) readonly buffer Entries { uvec4 entries[]; };
-layout(std430, binding = 1) readonly buffer Starts { int starts[]; };
-layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
 
 #include "include/viewport.glsl"
 #include "include/table.glsl"
@@ -31,12 +30,15 @@ void main() {
     if (eye == NO_EYE) return;
     vec3 down = where_reached(gathered_light(pixel, eye), texelFetch(curvature, pixel, 0).rgb,
                               texelFetch(reached, pixel, 0).rgb);
-    vec3 x = imageLoad(shown, pixel).rgb;
-    vec3 w_before = imageLoad(stepped, pixel).rgb;
-    vec3 z_before = imageLoad(ahead, pixel).rgb;
+    vec4 w_before = imageLoad(stepped, pixel), z_before = imageLoad(ahead, pixel);
+    vec3 x = clamp(z_before.rgb, 0.0, 1.0);
+    float theta = w_before.a, gamma = z_before.a;
+    float following = 0.5 + 0.5 * sqrt(1.0 + 4.0 * theta * theta);
+    float inertia = (theta - 1.0) / following, overshoot = theta / following;
     vec3 w = x - down;
-    vec3 z = w + inertia * (w - w_before) + overshoot * (w - x) + unbounding * (z_before - x);
+    vec3 z = w + inertia * (w - w_before.rgb) + overshoot * (w - x)
+           + inertia / gamma * (z_before.rgb - x);
     imageStore(shown, pixel, vec4(clamp(z, 0.0, 1.0), 1.0));
-    imageStore(stepped, pixel, vec4(w, 1.0));
-    imageStore(ahead, pixel, vec4(z, 1.0));
+    imageStore(stepped, pixel, vec4(w, min(following, most_theta)));
+    imageStore(ahead, pixel, vec4(z, (2.0 * theta + following - 1.0) / following));
 }

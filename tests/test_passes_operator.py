@@ -16,10 +16,13 @@ from numpy.typing import NDArray
 
 from vrlf.errors import InputError
 from vrlf.gpu import Texture
-from vrlf.model import Rig
-from vrlf.passes import phases
+from vrlf.model import Rig, load_rig
+from vrlf.optics.lattice import lattice_of
+from vrlf.passes import operator, phases
 from vrlf.passes.operator import OperatorTables
-from vrlf.passes.phases import PhaseRows, packed, patched, transposed
+from vrlf.passes.phases import Rows, Turning, packed, patched, sampling_of
+from vrlf.passes.pixels import turned
+from vrlf.passes.tabulate import RowBuilder
 from vrlf.renderer import GpuRenderer
 from vrlf.solve import Optimal, OptimalTables
 
@@ -36,8 +39,19 @@ RIGS: dict[str, Rig] = {
         "round-holes-moved",
         "square-holes-walls",
         "own-lens-bare",
+        "bgr-walls",
+        "rgb-walls-turned",
     )
 } | {
+    # Each pixel sees some 180 others through several lenslets: read by the nearest phase.
+    "spread": pass_rigs.rig(
+        63,
+        43,
+        array=pass_rigs.LENSLETS | {"gap_mm": 6.0, "focal_mm": 6.0, "rotation_deg": 7.0},
+        panel={"subpixels": "rgb-stripe"},
+        left={"cylinder_d": -1.0, "axis_deg": 25.0, "pupil_mm": 6.0},
+        right={"sphere_d": -6.0, "pupil_mm": 5.5, "pupil_offset_mm": [0.3, -0.4]},
+    ),
     # Oblique astigmatism, a turned and moved lattice, axes off the viewports' centres.
     "oblique": pass_rigs.rig(
         47,
@@ -78,7 +92,7 @@ class Products:
     def __call__(self, which: Any, light: Light) -> Light:
         given = Texture.from_array(self._device, light.astype(np.float32), label="light")
         result = Texture(self._device, given.size_px, label="result")
-        self._optimal.product(self._tables, which, given, result)
+        self._optimal.builder.products.apply(self._tables.operator, which, given, result)
         values = np.asarray(result.read()[..., :3], dtype=np.float64)
         given.release()
         result.release()
@@ -139,27 +153,179 @@ def test_the_adjoint_is_the_adjoint(case: tuple[str, Products]) -> None:
         assert back == pytest.approx(there, rel=0.002 if first is a else 0.04)
 
 
-def test_perpendicular_barriers_are_refused_in_one_line(renderer: GpuRenderer) -> None:
+WALLED = ("bgr-walls", "rgb-walls-turned")
+
+
+@pytest.mark.parametrize("name", WALLED)
+def test_with_walls_the_adjoint_is_the_true_transpose(renderer: GpuRenderer, name: str) -> None:
+    products = Products(renderer, RIGS[name])
+    try:
+        a, b = (pass_rigs.picture(RIGS[name], seed).astype(np.float64) - 0.5 for seed in (1, 2))
+        b += products("forward", a)
+        there = float(np.sum(products("forward", a) * b))
+        # The same half floats both ways; sums of 32 bits.
+        assert float(np.sum(a * products("adjoint", b))) == pytest.approx(there, rel=1e-5)
+    finally:
+        products.release()
+
+
+def test_walls_on_too_large_a_panel_are_refused_in_one_line(
+    renderer: GpuRenderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(operator, "_MOST_BYTES", 50_000)
+    renderer.device.make_current()
+    builder = RowBuilder(renderer.device)
     before = renderer.device.live_objects
-    with pytest.raises(InputError) as caught:
-        OperatorTables(renderer.device, pass_rigs.SMALL["bgr-walls"], builder=None)  # type: ignore[arg-type]
-    message = str(caught.value)
-    assert "\n" not in message
-    assert "barriers 'perpendicular'" in message
+    with pytest.raises(InputError, match="panel: found 45x31 pixels") as caught:
+        OperatorTables(renderer.device, RIGS["bgr-walls"], builder)
+    assert "\n" not in str(caught.value)
+    assert "barriers 'perpendicular'" in str(caught.value)
+    added = [label for label in renderer.device.live_objects if label not in before]
+    # The program stays with its builder.
+    assert all(label.startswith("pass operator_rows") for label in added)
+    builder.release()
     assert renderer.device.live_objects == before
+
+
+@pytest.mark.parametrize("name", ["oblique", "full-leaning-walls", "bgr-walls", "own-lens-bare"])
+def test_a_piece_at_a_time_gives_the_same_bytes(renderer: GpuRenderer, name: str) -> None:
+    renderer.device.make_current()
+    builder = RowBuilder(renderer.device)
+    at_once = OperatorTables(renderer.device, RIGS[name], builder)
+    building, pieces = OperatorTables.building(renderer.device, RIGS[name], builder), 0
+    while True:
+        try:
+            next(building)
+            pieces += 1
+        except StopIteration as done:
+            by_pieces = done.value
+            break
+    assert pieces > 10
+    for one, other in zip(
+        (*at_once.forward, *at_once.adjoint, at_once.crossings),
+        (*by_pieces.forward, *by_pieces.adjoint, by_pieces.crossings),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(one.read(np.uint32), other.read(np.uint32))
+    for owner in (at_once, by_pieces, builder):
+        owner.release()
+
+
+@pytest.mark.parametrize("name", ["oblique", "bgr-walls"])
+def test_closed_anywhere_it_gives_all_back(renderer: GpuRenderer, name: str) -> None:
+    renderer.device.make_current()
+    builder = RowBuilder(renderer.device)
+    OperatorTables(renderer.device, RIGS[name], builder).release()
+    before = renderer.device.live_objects
+    total = sum(1 for _ in kept_by(OperatorTables.building(renderer.device, RIGS[name], builder)))
+    for stop in (1, 2, total // 2, *range(total - 4, total)):
+        building = OperatorTables.building(renderer.device, RIGS[name], builder)
+        for _ in range(stop):
+            next(building)
+        building.close()
+        assert renderer.device.live_objects == before
+    builder.release()
+
+
+def kept_by(building: Any) -> Iterator[None]:
+    """Its rests; what it makes is released."""
+    tables = yield from building
+    tables.release()
+
+
+def test_bands_change_nothing() -> None:
+    n, rows = 7, random_rows(7)
+    turning = Turning(rows, np.array([[0.37, -0.21], [0.44, 0.83]]), n)
+    whole, parts = turning.lines(range(n)), [turning.lines(range(a, a + 1)) for a in range(n)]
+    for name in ("row", "offsets", "weights"):
+        joined = np.concatenate([getattr(part, name) for part in parts])
+        np.testing.assert_array_equal(joined, getattr(whole, name))
+    patches = patched(rows, n)
+    banded = [patched(rows, n, band) for band in (range(3), range(3, 7))]
+    np.testing.assert_array_equal(np.concatenate([b.offsets for b in banded]), patches.offsets)
+    np.testing.assert_array_equal(np.concatenate([b.weights for b in banded]), patches.weights)
+    counts = np.concatenate([np.diff(b.starts) for b in banded])
+    np.testing.assert_array_equal(counts, np.diff(patches.starts))
+
+
+def test_turned_to_the_nearest_keeps_every_entry_whole() -> None:
+    rows = random_rows(7)
+    per_offset = np.array([[0.37, -0.21], [0.44, 0.83]])
+    back = Turning(rows, per_offset, 7, is_nearest=True).lines(range(7))
+    assert len(back.row) == len(rows.row)
+    column, line = (
+        (place + np.rint(moved).astype(int)) % 7
+        for place, moved in zip(
+            (rows.row % 7, rows.row // 7), (rows.offsets @ per_offset.T).T, strict=True
+        )
+    )
+    wanted = {
+        (y * 7 + x, *-o): w
+        for x, y, o, w in zip(column, line, rows.offsets, rows.weights, strict=True)
+    }
+    for row, offset, weights in zip(back.row, back.offsets, back.weights, strict=True):
+        np.testing.assert_array_equal(weights, wanted[row, *offset])
+
+
+def test_where_many_pixels_are_seen_the_nearest_phase_serves() -> None:
+    for name, is_nearest in (
+        ("thesis-minus-5d", True),
+        ("thesis-table-8-1", True),
+        ("bare", True),
+        ("matched-microlens", False),
+        ("matched-wide", False),
+    ):
+        rig = load_rig(name)
+        assert sampling_of(rig, lattice_of(rig)).is_nearest == is_nearest, name
+
+
+def test_pixels_turned_in_bands_are_the_transpose() -> None:
+    width, height = 5, 9
+    random = np.random.default_rng(4)
+    row = np.sort(random.integers(0, width * height, 60))
+    offsets = random.integers(-3, 5, (60, 2))
+    rows = Rows(row, offsets, random.random((60, 3)).astype(np.float32))
+    matrix = np.zeros((width * height, width * height))
+    for r, (dx, dy), w in zip(row, offsets, rows.weights[:, 1], strict=True):
+        x, y = r % width + dx, r // width + dy
+        if 0 <= x < width and 0 <= y < height:
+            matrix[r, y * width + x] += w
+    back = np.zeros_like(matrix)
+    for band in (range(4), range(4, 5), range(5, height)):
+        part = turned(rows, (width, height), band)
+        assert np.all(np.diff(part.row) >= 0)
+        assert np.all((part.row >= band.start * width) & (part.row < band.stop * width))
+        for r, (dx, dy), w in zip(part.row, part.offsets, part.weights[:, 1], strict=True):
+            back[r, (r // width + dy) * width + r % width + dx] += w
+    np.testing.assert_allclose(back, matrix.T, rtol=1e-6)
+
+
+def test_shared_colours_are_packed_once() -> None:
+    rows = random_rows(4)
+    grey = Rows(rows.row, rows.offsets, np.repeat(rows.weights[:, :1], 3, axis=1))
+    patches = patched(grey, 4)
+    words = packed(patches, apart=False)
+    assert words.shape == (len(patches.offsets), 4)
+    halves = np.ascontiguousarray(words[:, 1:3]).view(np.float16)
+    np.testing.assert_array_equal(halves, patches.weights[:, 2].astype(np.float16))
 
 
 # The tables' arithmetic alone.
 
 
-def random_rows(phases_a_side: int, seed: int = 3) -> PhaseRows:
+def transposed(rows: Rows, per_offset: Light, phases_a_side: int) -> Rows:
+    """All lines at once."""
+    return Turning(rows, per_offset, phases_a_side).lines(range(phases_a_side))
+
+
+def random_rows(phases_a_side: int, seed: int = 3) -> Rows:
     """Three entries in each of many phases, all different."""
     random = np.random.default_rng(seed)
     phase = np.repeat(np.arange(phases_a_side**2), 3)
     offsets = np.stack([random.integers(-4, 9, len(phase)), random.integers(-7, 3, len(phase))], -1)
     kept = np.unique(np.column_stack([phase, offsets]), axis=0)
     weights = random.random((len(kept), 3)).astype(np.float32)
-    return PhaseRows(kept[:, 0], kept[:, 1:], weights)
+    return Rows(kept[:, 0], kept[:, 1:], weights)
 
 
 def test_turned_twice_by_whole_phases_is_the_same() -> None:
@@ -167,10 +333,10 @@ def test_turned_twice_by_whole_phases_is_the_same() -> None:
     per_offset = np.array([[1.0, -2.0], [2.0, 3.0]])
     once = transposed(rows, per_offset, 5)
     again = transposed(once, per_offset, 5)
-    order = np.lexsort((again.offsets[:, 0], again.offsets[:, 1], again.phase))
-    wanted = np.lexsort((rows.offsets[:, 0], rows.offsets[:, 1], rows.phase))
+    order = np.lexsort((again.offsets[:, 0], again.offsets[:, 1], again.row))
+    wanted = np.lexsort((rows.offsets[:, 0], rows.offsets[:, 1], rows.row))
     lit = again.weights[order].max(axis=1) > 0.0
-    np.testing.assert_array_equal(again.phase[order][lit], rows.phase[wanted])
+    np.testing.assert_array_equal(again.row[order][lit], rows.row[wanted])
     np.testing.assert_array_equal(again.offsets[order][lit], rows.offsets[wanted])
     np.testing.assert_array_equal(again.weights[order][lit], rows.weights[wanted])
 
@@ -187,7 +353,7 @@ def test_turning_keeps_all_light() -> None:
 def test_a_patch_holds_its_four_corners() -> None:
     rows, n = random_rows(6), 6
     patches = patched(rows, n)
-    by_key = {(p, *o): w for p, o, w in zip(rows.phase, rows.offsets, rows.weights, strict=True)}
+    by_key = {(p, *o): w for p, o, w in zip(rows.row, rows.offsets, rows.weights, strict=True)}
     assert patches.starts[-1] == len(patches.offsets)
     for row in range(n * n):
         for i in range(patches.starts[row], patches.starts[row + 1]):
@@ -198,15 +364,15 @@ def test_a_patch_holds_its_four_corners() -> None:
 
 
 def test_nothing_makes_an_empty_table() -> None:
-    rows = PhaseRows(np.zeros(0, int), np.zeros((0, 2), int), np.zeros((0, 3), np.float32))
+    rows = Rows(np.zeros(0, int), np.zeros((0, 2), int), np.zeros((0, 3), np.float32))
     patches = patched(transposed(rows, np.eye(2), 4), 4)
     assert patches.starts.tolist() == [0] * 17
-    assert packed(patches).shape == (0, 8)
+    assert packed(patches, apart=True).shape == (0, 8)
 
 
 def test_packing_keeps_signs_and_halves() -> None:
     patches = patched(random_rows(4), 4)
-    words = packed(patches)
+    words = packed(patches, apart=True)
     np.testing.assert_array_equal(words[:, :1].view(np.int16), patches.offsets)
     halves = np.ascontiguousarray(words[:, 1:7]).view(np.float16).reshape(-1, 3, 4)
     np.testing.assert_array_equal(halves, patches.weights.astype(np.float16))

@@ -5,11 +5,16 @@ file       holds
 ========== =====================================================================
 fields     members that several uniform blocks share, and their values for a rig
 prepare    ``Prepare``: each eye's picture fitted into its viewport
-forward    ``Forward``: the forward prefilter
+sharpen    ``Sharpen``: the target sharpened before the forward prefilter
+forward    ``Forward``: the forward prefilter, by footprints and sample by sample
+           (``forward_plain``: as one would write it first, to be timed against)
 perceive   ``Perceive``: what both eyes see of a panel image
-bins       the rays that holes can pass, sorted by where they cross the mask
+rays       ``PerceiveTables``: perception's rays: points, lines, points of holes
+bins       the blind rays that holes can pass, sorted by where they cross the mask
 operator   ``OperatorTables``: the perception operator and its adjoint, tabulated
+tabulate   ``RowBuilder``: the operator's rows, traced a piece at a time
 phases     rows of the operator by phase: how fine, turned about, packed
+pixels     rows of single pixels, behind perpendicular walls
 encode     ``Encode``: linear light to 8-bit sRGB
 ========== =====================================================================
 
@@ -21,8 +26,10 @@ from __future__ import annotations
 
 from vrlf.passes.encode import Encode
 from vrlf.passes.forward import Forward, ForwardTables
-from vrlf.passes.perceive import Perceive, PerceiveTables
+from vrlf.passes.perceive import Perceive
 from vrlf.passes.prepare import EyePicture, Prepare
+from vrlf.passes.rays import PerceiveTables
+from vrlf.passes.sharpen import Sharpen, SharpenTables
 
 __all__ = [
     "Encode",
@@ -32,4 +39,6 @@ __all__ = [
     "Perceive",
     "PerceiveTables",
     "Prepare",
+    "Sharpen",
+    "SharpenTables",
 ]

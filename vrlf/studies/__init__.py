@@ -6,7 +6,12 @@ file       holds
 bench      how long each pass takes at several panel sizes, against its float64 twin
 change     what a change of prescription does to the frames that run on
 endurance  whether anything grows over ten thousand frames
+frames     how good each frame of a moving picture is, solved from the last or cold
+limits     how fast the device copies and fetches, measured
+plots      pictures of what speed and quality have found
 quality    how near each prefilter brings what is perceived to what it should be
+speed      how long passes and whole frames take against size and the device's limits
 steps      what bench times: passes, the making of their tables, twins
+workloads  what speed times, and the least that each step must do
 ========== ==========================================================================
 """

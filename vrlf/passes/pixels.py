@@ -1,0 +1,43 @@
+"""A sparse operator with a row for each pixel, for panels with perpendicular walls.
+
+Such walls divide the panel by another measure than the chief rays do, so that no two cells
+are alike: what a pixel sees depends on where its ray crosses the array and on where it
+stands itself. The adjoint is the true transpose.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vrlf.passes.phases import Rows, packed_offsets
+
+ENTRY_BYTES = 12
+
+
+def turned(rows: Rows, size_px: tuple[int, int], band: range) -> Rows:
+    """The adjoint's rows of some lines of a viewport: each entry at the pixel that it reads.
+
+    What lies outside the viewport is nobody's.
+
+    Parameters
+    ----------
+    size_px : (columns, rows)
+        Of the viewport.
+    """
+    width, height = size_px
+    above, below = rows.offsets[:, 1].max(initial=0), rows.offsets[:, 1].min(initial=0)
+    lines = np.clip([band.start - above, band.stop - below], 0, height)
+    near = rows.take(slice(*np.searchsorted(rows.row, lines * width)))
+    column = near.row % width + near.offsets[:, 0]
+    line = near.row // width + near.offsets[:, 1]
+    kept = (line >= band.start) & (line < band.stop) & (column >= 0) & (column < width)
+    here = Rows((line * width + column)[kept], -near.offsets[kept], near.weights[kept])
+    return here.take(np.argsort(here.row, kind="stable"))
+
+
+def packed_rows(rows: Rows) -> NDArray[np.uint32]:
+    """Entries as the shader unpacks them, (n, 3) words: two 16-bit offsets, three half floats."""
+    halves = np.zeros((len(rows.row), 4), np.float16)
+    halves[:, :3] = rows.weights
+    return np.concatenate([packed_offsets(rows.offsets)[:, None], halves.view(np.uint32)], axis=1)
