@@ -47,6 +47,9 @@ KEEPERS = {
     "pydantic": {"model"},
     "click": {"app"},
     "rich": {"app", "studies"},
+    "matplotlib": {"studies"},
+    "skimage": {"evaluation"},
+    "scipy": {"reference"},
 }
 # A room on the left never sees the libraries on the right.
 FORBIDDEN = {"model": {"numpy"}}

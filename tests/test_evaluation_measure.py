@@ -1,4 +1,4 @@
-"""RMSE, PSNR and gain by hand, inside the border, eye by eye."""
+"""RMSE, PSNR, gain and SSIM by hand, inside the border, eye by eye."""
 
 from __future__ import annotations
 
@@ -124,6 +124,47 @@ def test_all_colours_count() -> None:
         gain = (2 * 0.25 + 0.05) / (2 * 0.25 + 0.01)
         left_over = (2 * (0.5 * gain - 0.5) ** 2 + (0.1 * gain - 0.5) ** 2) / 3
         assert rest == pytest.approx(left_over**0.5, rel=1e-6)
+
+
+def ssim_by_hand(test: NDArray[Any], reference: NDArray[Any]) -> float:
+    """Wang et al. 2004, equation 13, window by window; colours alike, weights 11 x 11."""
+    steps = np.arange(-5, 6)
+    line = np.exp(-0.5 * (steps / 1.5) ** 2)
+    window = np.outer(line, line) / line.sum() ** 2
+    c1, c2 = 0.01**2, 0.03**2
+    values = []
+    for channel in range(3):
+        for row in range(test.shape[0] - 10):
+            for column in range(test.shape[1] - 10):
+                place = (slice(row, row + 11), slice(column, column + 11), channel)
+                x, y = test[place].astype(np.float64), reference[place].astype(np.float64)
+                mx, my = (window * x).sum(), (window * y).sum()
+                vx, vy = (window * (x - mx) ** 2).sum(), (window * (y - my) ** 2).sum()
+                cov = (window * (x - mx) * (y - my)).sum()
+                values.append(
+                    (2 * mx * my + c1) * (2 * cov + c2) / ((mx**2 + my**2 + c1) * (vx + vy + c2))
+                )
+    return float(np.mean(values))
+
+
+def test_ssim_by_hand_after_the_gain() -> None:
+    """The right eye's half, at half the light and with noise."""
+    target = light(11)
+    seen = (0.5 * (target + 0.2 * light(12))).astype(np.float32)
+    found = likeness(seen, target, small(), "right")
+    wanted = ssim_by_hand(found.gain * seen[:, 30:].astype(np.float64), target[:, 30:])
+    # float64 sums of some hundred in another order.
+    assert found.ssim == pytest.approx(wanted, rel=1e-9)
+    assert likeness(target, target, small(), "left").ssim == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_picture_smaller_than_the_window_has_no_ssim() -> None:
+    """30 rows and a border of 10 leave 10, one less than a window; 9 leave 12."""
+    # pupil * 46 * D / 2000 mm: 6 mm and 5.4 D make 9.6 px, 4.8 D 8.5.
+    for sphere_d, has_ssim in ((-5.4, False), (-4.8, True)):
+        eye = {"sphere_d": sphere_d, "vertex_mm": 0.0, "pupil_mm": 6.0}
+        found = likeness(light(1), light(2), small(left=eye), "left").ssim
+        assert (found is not None) == has_ssim
 
 
 # --- what is compared -------------------------------------------------------------------------

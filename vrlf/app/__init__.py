@@ -11,6 +11,9 @@ facts       ``inspect``, ``rigs``, ``doctor``
 words       the text of ``inspect``
 demo        ``demo``: the whole chain on shipped content
 sheet       the demo's one picture of all of it
-benching    ``bench``
+benching    ``bench``, ``bench speed``
+judging     ``bench quality``, ``bench frames``
+running     ``bench change``, ``bench memory``
+sizes       what the benches' options turn text into
 =========== ================================================================
 """

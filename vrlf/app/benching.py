@@ -1,21 +1,30 @@
-"""``vrlf bench`` and ``vrlf bench quality``."""
+"""``vrlf bench`` and ``vrlf bench speed``; the others stand in ``judging`` and ``running``."""
 
 from __future__ import annotations
 
 import click
 from rich.console import Console
 
+from vrlf.app.judging import frames, quality
 from vrlf.app.options import json_option, put_json, rays_option, say, whole_number
-from vrlf.app.sources import SCENE, SourceOptions, target_of
+from vrlf.app.running import change, memory
+from vrlf.app.sizes import decimal_number, panel_sizes, plot_option, require_plot
 from vrlf.gpu import Device
 from vrlf.model import DEFAULT_RIG, load_rig
-from vrlf.renderer import GpuRenderer
 from vrlf.studies.bench import bench_table, run_bench
-from vrlf.studies.quality import ITERATIONS, JUDGING_RAYS, quality_table, run_quality
+from vrlf.studies.plots import plot_speed
+from vrlf.studies.speed import (
+    SIZES_PX,
+    SOFTWARE_MEGAPIXELS,
+    default_megapixels,
+    run_speed,
+    speed_table,
+)
 
 
 @click.group(
-    invoke_without_command=True, short_help="Time each step; 'bench quality' measures sharpness."
+    invoke_without_command=True,
+    short_help="Time each step; 'speed', 'quality', 'frames' measure more.",
 )
 @click.option(
     "-r",
@@ -57,61 +66,83 @@ def bench(context: click.Context, rig: str, rays: int, runs: int, as_json: bool)
         Console().print(bench_table(report))
 
 
-@bench.command(short_help="Measure how sharp each prefilter makes what is seen.")
+@bench.command(short_help="Time every pass and whole frames from 0.25 to 33 megapixels.")
 @click.option(
     "-r",
     "--rig",
-    "rigs",
-    multiple=True,
-    default=[DEFAULT_RIG],
+    default=DEFAULT_RIG,
     show_default=True,
     metavar="RIG",
-    help="A rig; can be given again.",
+    help="The rig whose headset, array and eyes are timed; its pixels get finer.",
 )
 @click.option(
-    "--source",
-    "sources",
-    multiple=True,
-    default=[SCENE],
-    show_default=True,
-    metavar="SOURCE",
-    help="A picture, 'scene' or chart:NAME; can be given again.",
+    "--sizes",
+    type=panel_sizes,
+    metavar="WxH,...",
+    help="Panel sizes in pixels, with commas between. Default: "
+    f"{', '.join(f'{width}x{height}' for width, height in SIZES_PX)}.",
 )
 @click.option(
-    "--iterations",
-    multiple=True,
-    type=whole_number(0, 1000),
-    default=list(ITERATIONS),
+    "--max-megapixels",
+    type=decimal_number(0.0, 1e4),
+    metavar="X",
+    help="Leave larger sizes out. Default: of the default sizes those above "
+    f"{SOFTWARE_MEGAPIXELS:g} on software GL, otherwise none.",
+)
+@rays_option(64)
+@click.option(
+    "--runs",
+    type=whole_number(1, 1000),
+    default=9,
     show_default=True,
     metavar="N",
-    help="Steps of the optimal prefilter; can be given again.",
+    help="Runs of each step, 1 to 1000; fewer where a step takes seconds.",
 )
-@rays_option(JUDGING_RAYS)
 @json_option
-def quality(
-    rigs: tuple[str, ...],
-    sources: tuple[str, ...],
-    iterations: tuple[int, ...],
+@plot_option("Draw time against megapixels")
+def speed(
+    rig: str,
+    sizes: list[tuple[int, int]] | None,
+    max_megapixels: float | None,
     rays: int,
+    runs: int,
     as_json: bool,
+    plot: str | None,
 ) -> None:
-    """Measure the PSNR of what is perceived: bare, forward, and optimal after some steps.
+    """Time every pass and whole frames against the panel's size and the device's limits.
+
+    'frame ...' is a target on the GPU that becomes the encoded panel image, 'seen' with what both
+    eyes perceive of it. 'limit' is the share of the time that a plain copy of the least bytes
+    would take, or, marked f, the least fetches. Takes about four minutes on software GL.
 
     \b
-    Example:
-      vrlf bench quality -r matched-wide -r pinhole --iterations 8 --rays 256
+    Examples:
+      vrlf bench speed --plot speed.png
+      vrlf bench speed -r thesis-minus-5d --sizes 1334x750,3840x2160 --json
     """
-    given = {name: load_rig(name) for name in rigs}
-    with GpuRenderer() as renderer:
-        fit = SourceOptions(fit="cover")
-        pictures = {
-            source: lambda rig, source=source: target_of(source, rig, renderer, fit)
-            for source in sources
-        }
-        report = run_quality(
-            renderer, given, pictures, iterations=iterations, rays=rays, progress=say
+    require_plot(plot)
+    given = load_rig(rig)
+    with Device.headless() as device:
+        if sizes is None and max_megapixels is None:
+            max_megapixels = default_megapixels(device)
+        report = run_speed(
+            device,
+            rig=given,
+            sizes=sizes or SIZES_PX,
+            max_megapixels=max_megapixels,
+            rays=rays,
+            runs=runs,
+            progress=say,
         )
+    if plot is not None:
+        plot_speed(report, plot)
     if as_json:
         put_json(report.to_json())
     else:
-        Console().print(quality_table(report))
+        Console().print(speed_table(report))
+
+
+bench.add_command(quality)
+bench.add_command(frames)
+bench.add_command(change)
+bench.add_command(memory)

@@ -3,6 +3,6 @@
 ========== ==========================================================
 file       holds
 ========== ==========================================================
-measure    RMSE and PSNR inside the border, after one gain
+measure    RMSE, PSNR and SSIM inside the border, after one gain
 ========== ==========================================================
 """

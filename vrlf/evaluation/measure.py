@@ -1,4 +1,4 @@
-"""RMSE and PSNR of a perceived picture, eye by eye.
+"""RMSE, PSNR and SSIM of a perceived picture, eye by eye.
 
 Both pictures are compared in linear light, peak 1, after one least-squares gain on the
 perceived one, inside a border as wide as the blur's radius plus one lenslet: further out the
@@ -9,8 +9,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, inf, log10
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
+from skimage.metrics import structural_similarity
 
 from vrlf.errors import InputError
 from vrlf.model import Rig
@@ -20,6 +23,9 @@ from vrlf.optics.eye import eye_optics
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.viewport import Side, pitch_mm, viewport
 from vrlf.renderer import Image
+
+# 3.5 deviations to each side of the middle, as scikit-image cuts the Gaussian off.
+SSIM_WINDOW_PX: Final = 11
 
 
 @dataclass(frozen=True)
@@ -32,11 +38,16 @@ class Likeness:
         T 6.1 with its 1/N, and 10 log10(1 / rmse^2).
     gain
         What the perceived picture was multiplied with.
+    ssim
+        Mean structural similarity over the colours (Wang, Bovik, Sheikh & Simoncelli 2004, with
+        their Gaussian window of 1.5 pixels), 1 for equal pictures; None where less than the
+        window of 11 pixels is left inside the border.
     """
 
     rmse: float
     psnr_db: float
     gain: float
+    ssim: float | None
 
 
 def border_px(rig: Rig, side: Side) -> int:
@@ -72,4 +83,24 @@ def likeness(seen: Image, target: Image, rig: Rig, side: Side) -> Likeness:
     energy = float(np.sum(a * a))
     gain = float(np.sum(a * b)) / energy if energy > 0.0 else 1.0
     rmse = float(np.sqrt(np.mean((gain * a - b) ** 2)))
-    return Likeness(rmse, inf if rmse == 0.0 else -20.0 * log10(rmse), gain)
+    psnr_db = inf if rmse == 0.0 else -20.0 * log10(rmse)
+    return Likeness(rmse, psnr_db, gain, ssim(gain * a, b))
+
+
+def ssim(test: NDArray[np.float64], reference: NDArray[np.float64]) -> float | None:
+    """Mean structural similarity of two pictures (H, W, 3) of peak 1, as in Wang et al. 2004.
+
+    The mean is over the places whose window lies within the picture. None if there are none.
+    """
+    if min(reference.shape[:2]) < SSIM_WINDOW_PX:
+        return None
+    value = structural_similarity(  # type: ignore[no-untyped-call]
+        test,
+        reference,
+        gaussian_weights=True,
+        sigma=1.5,
+        use_sample_covariance=False,
+        data_range=1.0,
+        channel_axis=-1,
+    )
+    return float(value)

@@ -28,7 +28,8 @@ from vrlf.optics.samples import ray_tables
 from vrlf.optics.sequence import points
 from vrlf.optics.viewport import SIDES, pitch_mm
 from vrlf.passes.forward import Forward, ForwardTables
-from vrlf.passes.perceive import Perceive, PerceiveTables
+from vrlf.passes.perceive import Perceive
+from vrlf.passes.rays import PerceiveTables
 
 Light = NDArray[np.float32]
 

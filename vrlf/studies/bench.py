@@ -183,6 +183,7 @@ class Schedule:
     runs: int
     panel_share_s: float
     progress: Callable[[str], None]
+    fewest: int = FEWEST_RUNS
 
     def timings(self, rig: Rig, steps: Sequence[Step]) -> Iterator[Timing]:
         """Time the steps of a panel one after the other, with equal shares of its time."""
@@ -190,7 +191,7 @@ class Schedule:
         for step in steps:
             times_ms = self._times_ms(step, self.panel_share_s / len(steps))
             median_ms, p95_ms = (float(p) for p in np.percentile(times_ms, [50.0, 95.0]))
-            self.progress(f"{panel} {step.name}: {_shown(median_ms)} ms, {len(times_ms)} runs")
+            self.progress(f"{panel} {step.name}: {figure(median_ms)} ms, {len(times_ms)} runs")
             yield Timing(step.name, panel, median_ms, p95_ms, len(times_ms), step.rays)
 
     def _times_ms(self, step: Step, share_s: float) -> list[float]:
@@ -199,7 +200,7 @@ class Schedule:
         if times_ms[0] < _SELF_WARMING_MS:
             times_ms.clear()
             step.once_ms()
-        while len(times_ms) < FEWEST_RUNS or (
+        while len(times_ms) < self.fewest or (
             len(times_ms) < self.runs and time.perf_counter() - started < share_s
         ):
             times_ms.append(step.once_ms())
@@ -231,15 +232,15 @@ def _cells(report: BenchReport, timing: Timing) -> tuple[str, ...]:
     return (
         timing.name,
         "" if timing.rays is None else str(timing.rays),
-        _shown(timing.ms),
-        _shown(timing.p95_ms),
+        figure(timing.ms),
+        figure(timing.p95_ms),
         str(timing.runs),
-        "" if speed_up is None else f"{_shown(speed_up)}x",
+        "" if speed_up is None else f"{figure(speed_up)}x",
     )
 
 
-def _shown(value: float) -> str:
-    """Three digits, or all before the point."""
+def figure(value: float) -> str:
+    """A number as tables show it: three digits, or all before the point."""
     for least, decimals in ((100.0, 0), (10.0, 1), (1.0, 2)):
         if value >= least:
             return f"{value:.{decimals}f}"

@@ -242,15 +242,15 @@ def _means(values: NDArray[np.float64], edges: NDArray[np.float64], axis: int) -
 
 def frames_table(report: FramesReport) -> Table:
     """A row for each rig, motion, steps and start; PSNR of some frames, and the flicker."""
-    title = f"PSNR in dB of each frame, the worse eye; {report.device}"
-    table = Table(title=title, box=box.SIMPLE)
+    title = f"PSNR in dB by frame number, the worse eye; {report.device}"
+    table = Table(title=title, box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
     for heading in ("rig", "motion", "steps", "start"):
         table.add_column(heading)
     count = max((len(each.psnr_db) for each in report.results), default=0)
     shown = sorted({0, 1, 3, count // 2, count // 2 + 1, count - 1} & set(range(count)))
     for number in shown:
-        table.add_column(f"frame {number + 1}", justify="right")
-    table.add_column("flicker dB", justify="right")
+        table.add_column(str(number + 1), justify="right")
+    table.add_column("flicker", justify="right")
     for each in report.results:
         cells = [f"{each.psnr_db[number]:.1f}" for number in shown]
         flicker = "none" if each.flicker_db == inf else f"{each.flicker_db:.1f}"

@@ -43,25 +43,33 @@ Clock = Callable[[Callable[[], object]], float]
 
 @dataclass(frozen=True)
 class Step:
-    """Something to be timed, and the clock (in ms) that it is timed with."""
+    """Something to be timed, the clock (in ms) that it is timed with, and the least it must do.
+
+    ``least_bytes`` are moved and ``least_fetches`` texels fetched whatever a pass is like inside;
+    0 where nothing can be said.
+    """
 
     name: str
     clock: Clock
     work: Callable[[], object]
     rays: int | None = None
+    least_bytes: float = 0.0
+    least_fetches: float = 0.0
 
     def once_ms(self) -> float:
         """Do it once."""
         return self.clock(self.work)
 
 
-def _wall_ms(work: Callable[[], object]) -> float:
+def wall_ms(work: Callable[[], object]) -> float:
+    """Do it once, by the clock on the wall."""
     started = time.perf_counter()
     work()
     return 1e3 * (time.perf_counter() - started)
 
 
-def _gpu_clock(device: Device) -> Clock:
+def gpu_clock(device: Device) -> Clock:
+    """The GPU's own clock; it waits for what was asked of the GPU before."""
     timer = GpuTimer(device)
 
     def gpu_ms(work: Callable[[], object]) -> float:
@@ -72,14 +80,17 @@ def _gpu_clock(device: Device) -> Clock:
     return gpu_ms
 
 
-class _Releasable(Protocol):
-    def release(self) -> None: ...
+class Releasable(Protocol):
+    """What an owner gives back."""
+
+    def release(self) -> None:
+        """Give it back."""
 
 
-_Owned = TypeVar("_Owned", bound=_Releasable)
+_Owned = TypeVar("_Owned", bound=Releasable)
 
 
-def _kept(by: ExitStack, item: _Owned) -> _Owned:
+def kept(by: ExitStack, item: _Owned) -> _Owned:
     """``item``, released when ``by`` closes."""
     by.callback(item.release)
     return item
@@ -101,11 +112,11 @@ def passes_of(device: Device, by: ExitStack) -> Passes:
     """All passes, released when ``by`` closes."""
     return Passes(
         device,
-        _gpu_clock(device),
-        _kept(by, Prepare(device)),
-        _kept(by, Forward(device)),
-        _kept(by, Perceive(device)),
-        _kept(by, Encode(device)),
+        gpu_clock(device),
+        kept(by, Prepare(device)),
+        kept(by, Forward(device)),
+        kept(by, Perceive(device)),
+        kept(by, Encode(device)),
     )
 
 
@@ -117,40 +128,42 @@ def gpu_steps(passes: Passes, rig: Rig, ray_counts: Sequence[int], by: ExitStack
     """
     device, clock, size_px = passes.device, passes.clock, (rig.panel.width_px, rig.panel.height_px)
     labels = ("target", "panel image", "perceived image")
-    target, shown, seen = (_kept(by, Texture(device, size_px, label=label)) for label in labels)
-    code = _kept(by, Texture(device, size_px, kind="u1", label="codes"))
-    eyes = _pictures_on_gpu(device, rig, by)
+    target, shown, seen = (kept(by, Texture(device, size_px, label=label)) for label in labels)
+    code = kept(by, Texture(device, size_px, kind="u1", label="codes"))
+    eyes = pictures_on_gpu(device, rig, by)
     steps = [Step("prepare", clock, partial(passes.prepare.run, rig, eyes, target))]
-    if _has_forward(rig):
-        tables = _kept(by, ForwardTables(device, rig))
+    if has_forward(rig):
+        tables = kept(by, ForwardTables(device, rig))
         steps.append(Step("forward", clock, partial(passes.forward.run, tables, target, shown)))
-    light = shown if _has_forward(rig) else target
+    light = shown if has_forward(rig) else target
     for count, name in zip(ray_counts, ("perceive", _FEW_RAYS), strict=False):
-        rays = _kept(by, PerceiveTables(device, rig, count))
+        rays = kept(by, PerceiveTables(device, rig, count))
         work = partial(passes.perceive.run, rays, light, seen)
         steps.append(Step(name, clock, work, count))
     steps.append(Step("encode", clock, partial(passes.encode.run, seen, code)))
     return steps + _table_steps(device, rig, ray_counts[0])
 
 
-def _has_forward(rig: Rig) -> bool:
+def has_forward(rig: Rig) -> bool:
+    """Whether ``forward`` does anything; the image of a bare panel is its target."""
     return rig.array.kind != "none"
 
 
 def _table_steps(device: Device, rig: Rig, rays: int) -> list[Step]:
     """What a change of prescription costs: tables made, on the GPU, and given back."""
-
-    def remake(make: Callable[[], _Releasable]) -> None:
-        tables = make()
-        device.finish()
-        tables.release()
-
     steps = []
-    if _has_forward(rig):
-        work = partial(remake, partial(ForwardTables, device, rig))
-        steps.append(Step("tables forward", _wall_ms, work))
-    work = partial(remake, partial(PerceiveTables, device, rig, rays))
-    return [*steps, Step("tables perceive", _wall_ms, work, rays)]
+    if has_forward(rig):
+        work = partial(remake, device, partial(ForwardTables, device, rig))
+        steps.append(Step("tables forward", wall_ms, work))
+    work = partial(remake, device, partial(PerceiveTables, device, rig, rays))
+    return [*steps, Step("tables perceive", wall_ms, work, rays)]
+
+
+def remake(device: Device, make: Callable[[], Releasable]) -> None:
+    """Make tables until they are on the GPU, and give them back."""
+    tables = make()
+    device.finish()
+    tables.release()
 
 
 def _pictures(rig: Rig) -> tuple[tuple[Image, Image], tuple[Fit, Fit]]:
@@ -163,9 +176,10 @@ def _pictures(rig: Rig) -> tuple[tuple[Image, Image], tuple[Fit, Fit]]:
     return (left, right), (fits[0], fits[1])
 
 
-def _pictures_on_gpu(device: Device, rig: Rig, by: ExitStack) -> tuple[EyePicture, EyePicture]:
+def pictures_on_gpu(device: Device, rig: Rig, by: ExitStack) -> tuple[EyePicture, EyePicture]:
+    """A picture for each eye, on the GPU until ``by`` closes."""
     left, right = (
-        EyePicture(_kept(by, Texture.from_array(device, picture, label="picture")), fit)
+        EyePicture(kept(by, Texture.from_array(device, picture, label="picture")), fit)
         for picture, fit in zip(*_pictures(rig), strict=True)
     )
     return left, right
@@ -176,14 +190,14 @@ def twin_steps(rig: Rig) -> list[Step]:
     (left, right), fits = _pictures(rig)
     pictures = (left.astype(np.float64), right.astype(np.float64))
     panel = noise_picture(rig.panel.width_px, rig.panel.height_px, 2).astype(np.float64)
-    steps = [Step(TWIN + "prepare", _wall_ms, partial(prepare, pictures, fits, rig))]
-    if _has_forward(rig):
-        steps.append(Step(TWIN + "forward", _wall_ms, partial(forward, panel, rig)))
+    steps = [Step(TWIN + "prepare", wall_ms, partial(prepare, pictures, fits, rig))]
+    if has_forward(rig):
+        steps.append(Step(TWIN + "forward", wall_ms, partial(forward, panel, rig)))
     few = partial(perceive, panel, rig, TWIN_RAYS)
     return [
         *steps,
-        Step(TWIN + _FEW_RAYS, _wall_ms, few, TWIN_RAYS),
-        Step(TWIN + "encode", _wall_ms, partial(encode, panel)),
+        Step(TWIN + _FEW_RAYS, wall_ms, few, TWIN_RAYS),
+        Step(TWIN + "encode", wall_ms, partial(encode, panel)),
     ]
 
 
