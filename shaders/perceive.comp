@@ -2,11 +2,10 @@
 //
 // Reads:  panel (the panel image, linear), the ray tables of both eyes.
 // Writes: seen (added to, from batch to batch of rays; divided in the last one).
-// Twin:   vrlf/reference/perceive.py. Derivation: vrlf/optics/samples.py.
+// Twins:  vrlf/reference/perceive.py, vrlf/reference/quadrature.py (see include/rays.glsl).
 //
 // Defines: ARRAY 0 none, 1 lenslets, 2 holes; COLOURS 1 (all colours share their rays) or 3;
-//          AREA_MEANS 1 where a retinal pixel's image at one pupil point is averaged exactly,
-//          over FOOTPRINT_PX pixels a side;
+//          BY_HOLE 1 where holes have their own points;
 //          TRACE 1 writes where the first ray of the batch lands instead (for the tests).
 
 #include "block/Perceive"
@@ -15,7 +14,8 @@ layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
 layout(binding = 0) uniform sampler2D panel;
 layout(binding = 0, rgba32f) uniform image2D seen;
 
-// phi, in cells, and psi, in pixels, of each ray; then its place in the retinal pixel.
+// Points: phi, in cells, and psi, in pixels; their places in the retinal pixel. What else these
+// may hold is said in include/lines.glsl and include/holes.glsl.
 layout(std430, binding = 0) readonly buffer Rays { vec4 rays[]; };
 layout(std430, binding = 1) readonly buffer Within { vec2 within[]; };
 // Cell coordinates of the pixels' chief rays at the array, and as the barriers divide them.
@@ -30,24 +30,32 @@ layout(std430, binding = 4) readonly buffer Bins { int bin_starts[]; };
 #include "include/lattice.glsl"
 #include "include/rays.glsl"
 
-vec3 at_landing(Retina at, vec2 place) {
-    return radiance_at(at.pixel, place, at.eye);
-}
-
-vec3 over_landing(Retina at, vec2 place, float side) {
-    return mean_radiance(at.pixel, place, side, at.eye);
+vec3 shown(Retina at, vec2 offset, vec3 weight) {
+    return weight * texel(at.pixel + ivec2(offset), at.eye);
 }
 
 #if TRACE
-// Place in the cell and landing, in pixels from the pixel's centre, of the batch's first ray.
+// The batch's first ray, from the pixel's centre: its place in the cell (in the pupil where
+// holes have points; there the ray is that of the hole nearest the pupil's centre), and its
+// landing in pixels.
 vec4 landing_of(Retina at) {
-    vec4 ray = rays[at.eye * COLOURS * points + batch_first];
+    int set = at.eye * COLOURS;
+    int index = set * points + batch_first;
 #if ARRAY == 0
-    return vec4(0.0, 0.0, ray.zw);
+    return vec4(0.0, 0.0, rays[index].zw);
+#elif ARRAY == 1
+    vec2 q = at.crossed.xy + rays[2 * index].xy;
+    vec2 cell = nearest_cell(q);
+    vec2 bent = bend * times(px_per_cell, cell - at.crossed.xy);
+    return vec4(q - cell, rays[2 * index + 1].xy + bent);
+#elif BY_HOLE
+    vec2 centre = at.crossed.xy + hole_seen[set].xy;
+    vec2 off = nearest_cell(centre) - centre;
+    return vec4(times(hole_maps[3 * set], off) + rays[index].xy,
+                hole_maps[3 * set + 2].xy + times(hole_maps[3 * set + 1], off) + rays[index].zw);
 #else
-    vec2 q = at.crossed.xy + ray.xy;
-    vec2 in_cell = q - nearest_cell(q);
-    return vec4(in_cell, bent(ray.zw, in_cell));
+    vec2 q = at.crossed.xy + rays[index].xy;
+    return vec4(q - nearest_cell(q), rays[index].zw);
 #endif
 }
 #endif

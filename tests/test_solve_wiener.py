@@ -16,7 +16,7 @@ from vrlf.gpu import Device
 from vrlf.model import Rig
 from vrlf.passes import Forward, Perceive
 from vrlf.reference.forward import forward
-from vrlf.reference.perceive import perceive
+from vrlf.reference.quadrature import perceive_well
 from vrlf.reference.sharpen import sharpen
 from vrlf.renderer import GpuRenderer
 from vrlf.solve.spread import (
@@ -54,7 +54,7 @@ def gpu(device: Device) -> Iterator[GpuRenderer]:
 
 def twins(target: Light, rig: Rig) -> Light:
     """What is perceived of a target, by the float64 twins."""
-    seen = perceive(forward(target.astype(np.float64), rig), rig, SPREAD_RAYS)
+    seen = perceive_well(forward(target.astype(np.float64), rig), rig, SPREAD_RAYS)
     return seen.astype(np.float32)
 
 

@@ -17,7 +17,7 @@ from vrlf.errors import VrlfError
 from vrlf.gpu import Device
 from vrlf.model import DEFAULT_RIG, load_rig, rig_names, rig_summary
 from vrlf.optics.inspect import inspect_rig
-from vrlf.reference.perceive import perceive as perceive_reference
+from vrlf.reference.quadrature import perceive_well as perceive_reference
 from vrlf.renderer import GpuRenderer
 
 _CHECK_RIG = ("panel.width_px=64", "panel.height_px=48", "headset.lens_separation_mm=2.5")

@@ -32,7 +32,7 @@ from vrlf.files import shown
 from vrlf.images import check_picture_target, read_picture, write_encoded, write_picture
 from vrlf.model import Rig
 from vrlf.optics.viewport import SIDES
-from vrlf.renderer import DEFAULT_RAYS, Image, Renderer
+from vrlf.renderer import DEFAULT_RAYS, GpuRenderer, Image, Renderer
 
 _LAYOUTS = ["auto", "mono", "side-by-side", "half-side-by-side", "over-under", "half-over-under"]
 _LOSSY = (".jpg", ".jpeg")
@@ -219,10 +219,21 @@ def perceive(
     shown = read_picture(panel, encoding=encoding)
     _require_panel_size(shown, rig, panel)
     with renderer_of(device) as renderer:
-        seen = renderer.perceive(shown, rig, rays=rays, exposure=exposure)
+        seen, error = _seen(renderer, shown, rig, rays, exposure)
         write_result(output, seen, renderer, bits=bits, dither=dither)
     if as_json:
-        put_json(_written(output, rig, rays=rays, exposure=exposure))
+        put_json(_written(output, rig, rays=rays, exposure=exposure, quadrature_rms=error))
+    elif error is not None:
+        say(f"quadrature error about {error:.1g} RMS")
+
+
+def _seen(
+    renderer: Renderer, panel: Image, rig: Rig, rays: int, exposure: Any
+) -> tuple[Image, float | None]:
+    """What both eyes see, and how far off that is; a twin and a single ray can't say."""
+    if rays < 2 or not isinstance(renderer, GpuRenderer):
+        return renderer.perceive(panel, rig, rays=rays, exposure=exposure), None
+    return renderer.perceive_with_error(panel, rig, rays=rays, exposure=exposure)
 
 
 def _require_panel_size(picture: Image, rig: Rig, path: str) -> None:

@@ -15,7 +15,10 @@ lattice      the array's cells, openings and barriers
 raster       the lattice on the panel's raster, split for 32-bit floats
 sequence     well-spread points
 samples      perception's rays, reduced to what no pixel changes
-quadrature   perception's rays without waste: lines and points of holes
+quadrature   perception's rays without waste: which kind serves a rig, and what was measured
+maps         where a pupil point's rays cross the array and meet the panel
+lines        lines through pupil and retinal pixel, for lenslets
+holes        points of a mask's holes
 inverse      the forward prefilter's map, reduced to a place in a cell
 footprint    what a sub-pixel's samples cover in the forward prefilter's target
 limits       what an array can and cannot do

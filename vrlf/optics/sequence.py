@@ -5,12 +5,16 @@ Any count gives a usable set; powers of two give the best.
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vrlf.optics.polynomial import Float
 
 UInt = NDArray[np.uint32]
+# Which half of the points, or all of them.
+Half = Literal["all", "first", "second"]
 
 _BITS = 32
 # Primitive polynomials and initial direction numbers of dimensions 2 to 4: degree, the inner
@@ -88,3 +92,9 @@ def to_disc(square: Float) -> Float:
     ratio = np.divide(other, radius, out=np.zeros_like(other), where=radius != 0.0)
     angle = np.where(wide, np.pi / 4.0 * ratio, np.pi / 2.0 - np.pi / 4.0 * ratio)
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+
+
+def half_of(values: Float, half: Half) -> Float:
+    """One of two halves of well-spread points, each as well spread as so few can be."""
+    middle = len(values) // 2
+    return {"all": values, "first": values[:middle], "second": values[middle:]}[half]

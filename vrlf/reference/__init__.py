@@ -6,6 +6,7 @@ file       twin of
 prepare    ``shaders/prepare.comp``: a picture fitted into its viewport
 forward    ``shaders/forward.comp``: the forward prefilter
 perceive   ``shaders/perceive.comp``: what both eyes see, plain pupil sampling
+quadrature ``shaders/perceive.comp``: the same by lines and by points of holes
 optimal    ``vrlf/solve``: the optimal prefilter, each pixel's row traced by itself
 converged  ``vrlf/solve``: the bounded optimum itself, by float64 matrices, proved
 encode     ``shaders/encode.comp``: linear light to 8-bit sRGB

@@ -1,4 +1,6 @@
-"""Float64 twin of ``shaders/perceive.comp``: plain pupil sampling with the design's equations.
+"""Plain pupil sampling with the design's equations: what perception means, in float64.
+
+Twin of ``shaders/perceive.comp`` where it samples blindly, and what all of it converges to.
 
 Every pupil point is traced for every retinal pixel in millimetres, step by step; nothing is
 precomputed, binned or skipped.
@@ -163,11 +165,12 @@ class Gather:
         passes = np.ones(landing.cell.shape[:2], dtype=bool)
         if self._lattice is not None:
             passes = cells.is_open(self._lattice, landing.in_cell)
-            passes &= self._in_own_area(self._lattice, landing)
-        pixel, weight = self._emitting(self._raster(landing))
+            passes &= self.in_own_area(self._lattice, landing)
+        pixel, weight = self.emitting(self.raster(landing))
         return pixel, weight * passes[..., None]
 
-    def _raster(self, landing: Landing) -> Float:
+    def raster(self, landing: Landing) -> Float:
+        """Panel points in the viewport's pixels, right and down from its corner."""
         return np.asarray(landing.panel_mm / self._pitch_mm * [1.0, -1.0] + self._axis_px)
 
     def _barrier_coordinates(self, lattice: Lattice, landing: Landing) -> Float:
@@ -175,7 +178,7 @@ class Gather:
         owned = lattice.barrier_scale * landing.panel_mm + np.array(self._view.axis_mm)
         return cells.cell_coordinates(lattice, owned)
 
-    def _in_own_area(self, lattice: Lattice, landing: Landing) -> Bool:
+    def in_own_area(self, lattice: Lattice, landing: Landing) -> Bool:
         """Whether no barrier stands between a cell and the panel point reached through it."""
         if lattice.barriers == "none":
             return np.ones(landing.cell.shape[:2], dtype=bool)
@@ -192,7 +195,7 @@ class Gather:
             whole &= off.max(axis=-1) <= 0.5 - spread * lattice.barrier_scale * self._kappa
         return np.asarray(whole)
 
-    def _emitting(self, raster: Float) -> Hit:
+    def emitting(self, raster: Float) -> Hit:
         """The pixel at each point, and whether and how strongly its colours emit there."""
         pixel = np.floor(raster)
         place = (raster - pixel)[..., None, :]
@@ -204,7 +207,7 @@ class Gather:
         """The means over the square of side kappa about each point, pixel by pixel."""
         # A square of no size is a point; the floor keeps the quotient finite.
         side = max(self._kappa, 1e-3)
-        low = self._raster(landing) - side / 2.0
+        low = self.raster(landing) - side / 2.0
         boxes = self._emission.rectangles
         hits = []
         for step in np.ndindex(self._pixels, self._pixels):

@@ -11,8 +11,8 @@ from vrlf.optics.fitting import FitMode
 from vrlf.reference.encode import encode
 from vrlf.reference.forward import forward
 from vrlf.reference.optimal import optimal
-from vrlf.reference.perceive import perceive
 from vrlf.reference.prepare import prepare
+from vrlf.reference.quadrature import perceive_well
 from vrlf.reference.sharpen import sharpen
 from vrlf.renderer.steps import (
     DEFAULT_RAYS,
@@ -57,7 +57,7 @@ class ReferenceRenderer:
         """See ``Renderer.perceive``."""
         panel = checked_image(panel, rig, "panel image")
         check_rays(rays)
-        seen = perceive(panel.astype(np.float64), rig, rays)
+        seen = perceive_well(panel.astype(np.float64), rig, rays)
         return (seen * exposure_factor(rig, exposure)).astype(np.float32)
 
     def encode(self, light: Image, *, dither: bool = False) -> NDArray[np.uint8]:
@@ -68,4 +68,4 @@ class ReferenceRenderer:
 def _perceived(target: Image, rig: Rig) -> Image:
     """What is perceived of a target, for measuring point spreads."""
     shown = forward(target.astype(np.float64), rig)
-    return perceive(shown, rig, SPREAD_RAYS).astype(np.float32)
+    return perceive_well(shown, rig, SPREAD_RAYS).astype(np.float32)
