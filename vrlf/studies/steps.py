@@ -141,7 +141,7 @@ def gpu_steps(passes: Passes, rig: Rig, ray_counts: Sequence[int], by: ExitStack
         work = partial(passes.perceive.run, rays, light, seen)
         steps.append(Step(name, clock, work, count))
     steps.append(Step("encode", clock, partial(passes.encode.run, seen, code)))
-    return steps + _table_steps(device, rig, ray_counts[0])
+    return steps + _table_steps(passes.forward, device, rig, ray_counts[0])
 
 
 def has_forward(rig: Rig) -> bool:
@@ -149,14 +149,21 @@ def has_forward(rig: Rig) -> bool:
     return rig.array.kind != "none"
 
 
-def _table_steps(device: Device, rig: Rig, rays: int) -> list[Step]:
+def _table_steps(forward: Forward, device: Device, rig: Rig, rays: int) -> list[Step]:
     """What a change of prescription costs: tables made, on the GPU, and given back."""
     steps = []
     if has_forward(rig):
-        work = partial(remake, device, partial(ForwardTables, device, rig))
+        work = partial(remake, device, partial(complete_tables, forward, device, rig))
         steps.append(Step("tables forward", wall_ms, work))
     work = partial(remake, device, partial(PerceiveTables, device, rig, rays))
     return [*steps, Step("tables perceive", wall_ms, work, rays)]
+
+
+def complete_tables(forward: Forward, device: Device, rig: Rig) -> ForwardTables:
+    """Tables with the list of what is cut, as a first frame would find them."""
+    tables = ForwardTables(device, rig)
+    forward.complete(tables)
+    return tables
 
 
 def remake(device: Device, make: Callable[[], Releasable]) -> None:

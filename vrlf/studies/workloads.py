@@ -15,7 +15,7 @@ from typing import Final
 
 from vrlf.gpu import Buffer, Device, Texture
 from vrlf.model import Rig
-from vrlf.passes import Forward, ForwardTables, PerceiveTables, Sharpen
+from vrlf.passes import ForwardTables, PerceiveTables, Sharpen
 from vrlf.passes.forward_plain import PlainForward, PlainForwardTables
 from vrlf.solve import Memory, Optimal, OptimalTables
 from vrlf.solve.wiener import sharpen_tables
@@ -25,6 +25,7 @@ from vrlf.studies.steps import (
     Passes,
     Releasable,
     Step,
+    complete_tables,
     has_forward,
     kept,
     passes_of,
@@ -146,14 +147,7 @@ def forward_passes(stage: Stage, by: ExitStack) -> Iterator[Step]:
     plain = partial(tools.plain.run, plain_tables, stage.target, stage.shown)
     yield stage.timed("forward plain", plain, 2)
     yield from _frames(stage, "forward", forward, by)
-    yield stage.made("forward", partial(_complete_tables, tools.passes.forward, device, rig))
-
-
-def _complete_tables(forward: Forward, device: Device, rig: Rig) -> ForwardTables:
-    """Tables with the list of what is cut, as a first frame would find them."""
-    tables = ForwardTables(device, rig)
-    forward.complete(tables)
-    return tables
+    yield stage.made("forward", partial(complete_tables, tools.passes.forward, device, rig))
 
 
 def sharpening(stage: Stage, by: ExitStack) -> Iterator[Step]:
