@@ -276,3 +276,23 @@ def test_a_still_picture_converges_while_it_is_watched(device: Device) -> None:
     assert all(late <= early * 1.001 for early, late in pairwise(error))
     # (0.83 of it: the picture has noise to the pixel, which no array shows).
     assert error[-1] < 0.9 * error[0]
+
+
+def test_slow_frames_give_more_time_to_what_comes(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = [100.0]
+    monkeypatch.setattr("vrlf.renderer.stream.time.perf_counter", lambda: now[0])
+    given = []
+
+    def noted(_: Any, budget_ms: float) -> None:
+        given.append(budget_ms)
+
+    monkeypatch.setattr("vrlf.renderer.stream.advanced", noted)
+    with Stream(device, FIRST) as stream:
+        stream.change(OTHER)
+        for own_s in (0.0, 0.010, 0.200, 0.020):
+            now[0] += own_s
+            stream.begin()
+    # The first frame, one at 100 Hz, one at 5 Hz, a fast one again.
+    assert given == pytest.approx([4.0, 4.0, 100.0, 4.0])

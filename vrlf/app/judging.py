@@ -125,6 +125,8 @@ def quality(
             source: lambda rig, source=source: target_of(source, rig, renderer, _COVER)
             for source in sources
         }
+        for source in sources:  # what is missing is said before minutes pass
+            target_of(source, next(iter(given.values())), renderer, _COVER)
         report = run_quality(
             renderer,
             given,

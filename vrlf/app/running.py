@@ -69,13 +69,12 @@ def memory(frames: int, full: bool, as_json: bool, **options: Any) -> None:
 @click.option(
     "--making-ms",
     type=whole_number(1, 10_000),
-    default=4,
-    show_default=True,
     metavar="MS",
-    help="Time that each frame gives to the tables that are being made.",
+    help="Time that each frame gives to the tables that are being made. Default: 4, or half of "
+    "a frame's own time where that is over 50.",
 )
 @json_option
-def change(frames: int, making_ms: int, as_json: bool, **options: Any) -> None:
+def change(frames: int, making_ms: int | None, as_json: bool, **options: Any) -> None:
     """Time each frame before, while and after another prescription's tables are made.
 
     \b

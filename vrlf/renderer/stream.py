@@ -14,6 +14,7 @@ each belongs to the old one or the new.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Generator, Iterator
 from contextlib import ExitStack
 from functools import partial
@@ -29,7 +30,10 @@ from vrlf.solve import Memory, Optimal, OptimalTables
 from vrlf.solve.wiener import sharpen_pieces
 
 # A third of a frame at 90 Hz: what is left serves the frame.
-DEFAULT_MAKING_MS = 4.0
+_LEAST_MAKING_MS = 4.0
+# A frame slower than this holds no display's rate; then waiting long for what comes is worse
+# than frames that are half as slow again.
+_SLOW_FRAME_MS = 50.0
 
 
 class Stream:
@@ -43,9 +47,10 @@ class Stream:
         The first prescription; its tables are made at once.
     rays : int, optional
         For each retinal pixel; without them ``look`` is refused and costs nothing.
-    making_ms : float
+    making_ms : float, optional
         Time that a frame gives to the making of another prescription's tables; a piece of
-        work that has begun is finished.
+        work that has begun is finished. Without it 4 ms, or half of a frame's own time where
+        that is over 50 ms.
     """
 
     def __init__(
@@ -54,7 +59,7 @@ class Stream:
         rig: Rig,
         *,
         rays: int | None = None,
-        making_ms: float = DEFAULT_MAKING_MS,
+        making_ms: float | None = None,
     ) -> None:
         if rays is not None:
             check_rays(rays)
@@ -64,6 +69,7 @@ class Stream:
         self._making: Generator[None, None, Parts] | None = None
         self._coming: Rig | None = None
         self._wanted: Rig | None = None
+        self._began: float | None = None
         self.frames = 0
         self.rig = rig
         device.make_current()
@@ -128,18 +134,28 @@ class Stream:
         if self._making is None and self._wanted is not None:
             self._coming, self._wanted = self._wanted, None
             self._making = making(self._parts(self._coming), self._present)
+        budget_ms = self._budget_ms()
         if self._making is not None:
-            self._advance()
+            self._advance(budget_ms)
+        # Counted from here, the next interval is the frame's own, without what it gave away.
+        self._began = time.perf_counter()
         self.frames += 1
         return self.rig
 
-    def _advance(self) -> None:
+    def _budget_ms(self) -> float:
+        """What this frame gives to the making, by how long the last one took."""
+        if self._making_ms is not None:
+            return self._making_ms
+        own_ms = 0.0 if self._began is None else 1e3 * (time.perf_counter() - self._began)
+        return own_ms / 2.0 if own_ms > _SLOW_FRAME_MS else _LEAST_MAKING_MS
+
+    def _advance(self, budget_ms: float) -> None:
         making, coming = self._making, self._coming
         assert making is not None
         assert coming is not None
         # What fails is dropped before its error goes up.
         self._making = None
-        parts = advanced(making, self._making_ms)
+        parts = advanced(making, budget_ms)
         if parts is None:
             self._making = making
             return

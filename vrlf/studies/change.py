@@ -47,7 +47,7 @@ class ChangeReport:
     device: str
     panel: str
     method: str
-    making_ms: float
+    making_ms: float | None
     before_ms: float
     during_ms: float
     after_ms: float
@@ -67,7 +67,7 @@ def run_change(
     rig: Rig,
     *,
     frames: int = FRAMES,
-    making_ms: float = 4.0,
+    making_ms: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> ChangeReport:
     """Time frames around a change of a quarter dioptre.
@@ -76,8 +76,8 @@ def run_change(
     ----------
     frames : int
         Timed before and after the change, each.
-    making_ms : float
-        Time that each frame gives to what comes.
+    making_ms : float, optional
+        Time that each frame gives to what comes; without it ``Stream`` decides.
 
     Raises
     ------
