@@ -7,7 +7,7 @@
 // all of it, momentum too; where it changed much, nothing.
 //
 // Reads:  light (P'i of the target i), reached (P'1); WARM also before (the last frame's c).
-// Writes: shown, begun (c), stepped and ahead (see operator_step.comp).
+// Writes: begun (c); shown, sought, stepped and ahead (see operator_step.comp).
 // Twin:   vrlf/reference/optimal.py (cold).
 //
 // Defines: WARM 1 after another frame with the same tables; NEAR, how far a change is looked for.
@@ -22,6 +22,7 @@ layout(binding = 0, rgba32f) writeonly uniform image2D shown;
 layout(binding = 1, rgba32f) uniform image2D stepped;
 layout(binding = 2, rgba32f) uniform image2D ahead;
 layout(binding = 3, rgba32f) writeonly uniform image2D begun;
+layout(binding = 4, rgba16f) writeonly uniform image2D sought;
 
 #include "include/quotient.glsl"
 
@@ -60,7 +61,9 @@ void main() {
     z += share * (imageLoad(ahead, pixel) - old);
 #endif
     imageStore(begun, pixel, vec4(c, 1.0));
-    imageStore(shown, pixel, vec4(clamp(z.rgb, 0.0, 1.0), 1.0));
+    vec4 bounded = vec4(clamp(z.rgb, 0.0, 1.0), 1.0);
+    imageStore(shown, pixel, bounded);
+    imageStore(sought, pixel, bounded);
     imageStore(stepped, pixel, w);
     imageStore(ahead, pixel, z);
 }

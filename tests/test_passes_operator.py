@@ -20,7 +20,7 @@ from vrlf.model import Rig, load_rig
 from vrlf.optics.lattice import lattice_of
 from vrlf.passes import operator, phases
 from vrlf.passes.operator import OperatorTables
-from vrlf.passes.phases import Rows, Turning, packed, patched, sampling_of
+from vrlf.passes.phases import Rows, Turning, packed, sampling_of
 from vrlf.passes.pixels import turned
 from vrlf.passes.tabulate import RowBuilder
 from vrlf.renderer import GpuRenderer
@@ -64,13 +64,20 @@ RIGS: dict[str, Rig] = {
     ),
 }
 # Of what is seen of noise, RMS: the table's phases and quadrature together. Measured 0.01 %
-# (bare) to 2.5 % (coma-lenslets); three colours apart leave a third of the rays to each: 3.5 %.
-PERCEIVED_WITHIN = {"one-chromatic-eye": 0.045}
+# (bare) to 2.5 %; three colours apart leave a third of the rays to each, coma sharpens what few
+# rays show, and of 512 blind rays a row few meet a hole (with 8192: 3.5 and 2.9 %).
+PERCEIVED_WITHIN = {
+    "one-chromatic-eye": 0.045,
+    "coma-lenslets": 0.045,
+    "round-holes-moved": 0.06,
+    "square-holes-walls": 0.055,
+}
 
 
 @pytest.fixture(autouse=True)
 def _few_rays(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(phases, "_RAYS_AN_EYE", 1 << 22)
+    monkeypatch.setattr(phases, "_MOST", 128)
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +114,7 @@ class Products:
 def case(request: pytest.FixtureRequest, renderer: GpuRenderer) -> Iterator[tuple[str, Products]]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(phases, "_RAYS_AN_EYE", 1 << 22)
+        patch.setattr(phases, "_MOST", 128)
         products = Products(renderer, RIGS[request.param])
     yield request.param, products
     products.release()
@@ -149,8 +157,9 @@ def test_the_adjoint_is_the_adjoint(case: tuple[str, Products]) -> None:
         there = float(np.sum(products("forward", first) * second))
         back = float(np.sum(first * products("adjoint", second)))
         print(f"{name}: {there / back - 1.0:.2e}")
-        # Entries moved between phases lose some of their sharpness; measured 2.6 % at most.
-        assert back == pytest.approx(there, rel=0.002 if first is a else 0.04)
+        # An entry moves to the nearest phase, up to half a step off, and behind holes all of
+        # one offset by the same part of it; measured 0.9 % at most.
+        assert back == pytest.approx(there, rel=0.012)
 
 
 WALLED = ("bgr-walls", "rgb-walls-turned")
@@ -163,7 +172,7 @@ def test_with_walls_the_adjoint_is_the_true_transpose(renderer: GpuRenderer, nam
         a, b = (pass_rigs.picture(RIGS[name], seed).astype(np.float64) - 0.5 for seed in (1, 2))
         b += products("forward", a)
         there = float(np.sum(products("forward", a) * b))
-        # The same half floats both ways; sums of 32 bits.
+        # The same weights both ways; sums of 32 bits.
         assert float(np.sum(a * products("adjoint", b))) == pytest.approx(there, rel=1e-5)
     finally:
         products.release()
@@ -240,18 +249,12 @@ def test_bands_change_nothing() -> None:
     for name in ("row", "offsets", "weights"):
         joined = np.concatenate([getattr(part, name) for part in parts])
         np.testing.assert_array_equal(joined, getattr(whole, name))
-    patches = patched(rows, n)
-    banded = [patched(rows, n, band) for band in (range(3), range(3, 7))]
-    np.testing.assert_array_equal(np.concatenate([b.offsets for b in banded]), patches.offsets)
-    np.testing.assert_array_equal(np.concatenate([b.weights for b in banded]), patches.weights)
-    counts = np.concatenate([np.diff(b.starts) for b in banded])
-    np.testing.assert_array_equal(counts, np.diff(patches.starts))
 
 
 def test_turned_to_the_nearest_keeps_every_entry_whole() -> None:
     rows = random_rows(7)
     per_offset = np.array([[0.37, -0.21], [0.44, 0.83]])
-    back = Turning(rows, per_offset, 7, is_nearest=True).lines(range(7))
+    back = Turning(rows, per_offset, 7).lines(range(7))
     assert len(back.row) == len(rows.row)
     column, line = (
         (place + np.rint(moved).astype(int)) % 7
@@ -267,16 +270,16 @@ def test_turned_to_the_nearest_keeps_every_entry_whole() -> None:
         np.testing.assert_array_equal(weights, wanted[row, *offset])
 
 
-def test_where_many_pixels_are_seen_the_nearest_phase_serves() -> None:
-    for name, is_nearest in (
-        ("thesis-minus-5d", True),
-        ("thesis-table-8-1", True),
-        ("bare", True),
-        ("matched-microlens", False),
-        ("matched-wide", False),
+def test_phases_are_finer_where_a_row_holds_few_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.undo()
+    for name, wanted in (
+        ("thesis-minus-5d", 48),
+        ("bare", 1),
+        ("matched-microlens", 213),
+        ("matched-wide", 256),
     ):
         rig = load_rig(name)
-        assert sampling_of(rig, lattice_of(rig)).is_nearest == is_nearest, name
+        assert sampling_of(rig, lattice_of(rig)) == (wanted, wanted), name
 
 
 def test_pixels_turned_in_bands_are_the_transpose() -> None:
@@ -298,16 +301,6 @@ def test_pixels_turned_in_bands_are_the_transpose() -> None:
         for r, (dx, dy), w in zip(part.row, part.offsets, part.weights[:, 1], strict=True):
             back[r, (r // width + dy) * width + r % width + dx] += w
     np.testing.assert_allclose(back, matrix.T, rtol=1e-6)
-
-
-def test_shared_colours_are_packed_once() -> None:
-    rows = random_rows(4)
-    grey = Rows(rows.row, rows.offsets, np.repeat(rows.weights[:, :1], 3, axis=1))
-    patches = patched(grey, 4)
-    words = packed(patches, apart=False)
-    assert words.shape == (len(patches.offsets), 4)
-    halves = np.ascontiguousarray(words[:, 1:3]).view(np.float16)
-    np.testing.assert_array_equal(halves, patches.weights[:, 2].astype(np.float16))
 
 
 # The tables' arithmetic alone.
@@ -350,29 +343,58 @@ def test_turning_keeps_all_light() -> None:
         assert back == pytest.approx(there, rel=1e-6)
 
 
-def test_a_patch_holds_its_four_corners() -> None:
-    rows, n = random_rows(6), 6
-    patches = patched(rows, n)
-    by_key = {(p, *o): w for p, o, w in zip(rows.row, rows.offsets, rows.weights, strict=True)}
-    assert patches.starts[-1] == len(patches.offsets)
-    for row in range(n * n):
-        for i in range(patches.starts[row], patches.starts[row + 1]):
-            for corner in range(4):
-                phase = (row // n + corner // 2) % n * n + (row % n + corner % 2) % n
-                wanted = by_key.get((phase, *patches.offsets[i]), np.zeros(3))
-                np.testing.assert_array_equal(patches.weights[i, :, corner], wanted)
-
-
 def test_nothing_makes_an_empty_table() -> None:
     rows = Rows(np.zeros(0, int), np.zeros((0, 2), int), np.zeros((0, 3), np.float32))
-    patches = patched(transposed(rows, np.eye(2), 4), 4)
-    assert patches.starts.tolist() == [0] * 17
-    assert packed(patches, apart=True).shape == (0, 8)
+    assert len(transposed(rows, np.eye(2), 4).row) == 0
+    assert packed(rows).shape == (0, 2)
 
 
-def test_packing_keeps_signs_and_halves() -> None:
-    patches = patched(random_rows(4), 4)
-    words = packed(patches, apart=True)
-    np.testing.assert_array_equal(words[:, :1].view(np.int16), patches.offsets)
-    halves = np.ascontiguousarray(words[:, 1:7]).view(np.float16).reshape(-1, 3, 4)
-    np.testing.assert_array_equal(halves, patches.weights.astype(np.float16))
+def test_packing_keeps_signs_and_nine_bits() -> None:
+    rows = random_rows(4)
+    words = packed(rows)
+    np.testing.assert_array_equal(words[:, :1].view(np.int16), rows.offsets)
+    found = unpacked(words[:, 1])
+    largest = rows.weights.max(axis=1, keepdims=True)
+    # Half a step of the largest, which has 256 to 512 of them.
+    assert np.all(np.abs(found - rows.weights) <= largest / 512)
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [
+        ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        ((1.0, 0.5, 0.25), (1.0, 0.5, 0.25)),
+        # Rounds up to a power of two, which needs the next exponent.
+        ((0.99999, 0.0, 0.5), (1.0, 0.0, 0.5)),
+        ((2.0**-24, 0.0, 2.0**-26), (2.0**-24, 0.0, 0.0)),
+        ((3.0, 0.01, 1.0), (3.0, 0.0078125, 1.0)),
+    ],
+)
+def test_a_shared_exponent_follows_the_largest(given: Any, wanted: Any) -> None:
+    word = phases.shared_exponent(np.array([given], np.float32))
+    np.testing.assert_array_equal(unpacked(word)[0], wanted)
+
+
+def unpacked(words: NDArray[np.uint32]) -> NDArray[Any]:
+    """EXT_texture_shared_exponent, equation by equation."""
+    mantissa = np.stack([words >> shift & 0x1FF for shift in (0, 9, 18)], axis=-1)
+    return mantissa * 2.0 ** ((words >> 27).astype(float) - 15 - 9)[:, None]
+
+
+@pytest.mark.parametrize("lanes", [2, 4, 8])
+@pytest.mark.parametrize("name", ["oblique", "bgr-walls"])
+def test_shared_rows_give_the_same_sums(
+    renderer: GpuRenderer, monkeypatch: pytest.MonkeyPatch, name: str, lanes: int
+) -> None:
+    """On a GPU several invocations share a row; here as many."""
+    alone = Products(renderer, RIGS[name])
+    monkeypatch.setattr(operator, "_lanes", lambda *_: lanes)
+    together = Products(renderer, RIGS[name])
+    light = pass_rigs.picture(RIGS[name])
+    try:
+        for which in ("forward", "adjoint"):
+            # The order in which floats of 32 bits are added up.
+            np.testing.assert_allclose(together(which, light), alone(which, light), atol=2e-6)
+    finally:
+        alone.release()
+        together.release()

@@ -325,8 +325,8 @@ def test_levels_map_black_and_white(renderer: GpuRenderer) -> None:
     target = pass_rigs.picture(PRISM)
     mapped = renderer.prefilter(np.float32(0.2) + np.float32(0.5) * target, optimally(PRISM))
     levels = optimally(PRISM, black_level=0.2, brightness=0.7)
-    # Sixteen steps of 32-bit sums taken in another order.
-    np.testing.assert_allclose(renderer.prefilter(target, levels), mapped, atol=2e-4)
+    # Sixteen steps of products in half floats, of which the last bit is 5e-4 at full drive.
+    np.testing.assert_allclose(renderer.prefilter(target, levels), mapped, atol=2e-3)
 
 
 @pytest.mark.usefixtures("_few_rays")
@@ -429,8 +429,8 @@ def test_a_cut_starts_cold(viewer: Viewer, bench: Bench) -> None:
     viewer.see(dark, 6)
     bench.tables.iterations = 3
     # A change of 0.4, mean square, against a trust of 0.002: 3e-5 is kept of what was added,
-    # which can be some tens where a pixel is hardly reached.
-    np.testing.assert_allclose(viewer.see(light, 3), bench.run(light)[0], atol=5e-3)
+    # which can be some tens where a pixel is hardly reached; and half floats are rounded.
+    np.testing.assert_allclose(viewer.see(light, 3), bench.run(light)[0], atol=8e-3)
 
 
 def test_only_what_changed_starts_anew(viewer: Viewer, bench: Bench) -> None:

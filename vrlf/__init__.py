@@ -8,6 +8,7 @@ touches no GPU library.
 room       what lives there (each imports from those above it only)
 ========== ============================================================
 errors     the one family of errors
+heap       memory handed back to the system
 units      constants with their sources
 resources  where shaders and assets are
 files      whole files or none
@@ -19,6 +20,7 @@ passes     one class and one shader for each step
 reference  the float64 twin of each pass
 content    pictures and charts
 scene      targets drawn on the GPU
+solve      the optimal prefilter, Wiener kernels
 renderer   the order of the steps
 evaluation numbers for what is seen
 api        the Python interface

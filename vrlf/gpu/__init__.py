@@ -19,13 +19,14 @@ Each object has one owner, which releases it; ``Device.live_objects`` counts wha
 from __future__ import annotations
 
 from vrlf.gpu.blocks import Block, Field, Struct
-from vrlf.gpu.compute import ComputePass, ComputeVariants
+from vrlf.gpu.compute import GROUP_PX, ComputePass, ComputeVariants
 from vrlf.gpu.device import Device, DeviceInfo
 from vrlf.gpu.draw import Canvas, DrawPass, Mesh
 from vrlf.gpu.memory import Buffer, Texture
 from vrlf.gpu.timing import GpuTimer
 
 __all__ = [
+    "GROUP_PX",
     "Block",
     "Buffer",
     "Canvas",

@@ -2,22 +2,19 @@
 
 Which panel pixels a retinal pixel sees, and how much, depends on where in its cell the
 pixel's chief ray crosses the array, and on nothing else. So the operator of a million pixels
-is a table of some thousand rows by phase, made once for a prescription and read bilinearly;
-its adjoint is the same table with each entry moved to the phase of the pixel at its other
-end. Perpendicular walls divide the panel by another measure: there each pixel has its row.
+is a table of some ten thousand rows by phase, made once for a prescription; its adjoint is the
+same table with each entry moved to the phase of the pixel at its other end. Perpendicular walls
+divide the panel by another measure: there each pixel has its row.
 
-Measured with float64 matrices, astronaut, green, against rows that were traced for each pixel
-by itself with 8192 rays (converged, dB): 64 x 64 phases lose 1.4 read by the nearest and 0.1
-read bilinearly with ``matched-microlens``; 128 x 128 nearest, 0.6. What counts is how far a
-landing moves from one phase to the next: 0.2 px lose 0.1 dB (matched-wide, 94 phases: 0.06;
-thesis's array, 32: 0.03). 256 rays a row lose 1.1 dB, 1024 0.2, 4096 less than 0.1. The
-adjoint moved between phases costs 0.04 dB against the true transpose.
+Measured (dB after 16 steps, matched-microlens, astronaut and coffee): 213 x 213 phases of which
+the nearest is read lose 0.06 against 85 x 85 that are read bilinearly, but a row holds 17
+entries of 8 bytes, not 27 of 32. On a GPU a product is bound by the bytes of the rows and by how
+they lie: on an H200, 1334x750, 0.85 ms where a pixel's invocation walked through its bilinear
+row, 0.18 where eight shared it, 0.08 with these rows. Nine bits of weight are a tenth of the
+quadrature's own error.
 
 A step reads both tables once: for each pixel and table, as many entries (one texel each) as its
-row holds, about 25 with ``matched-microlens`` and 180 with the thesis's array. An entry takes
-32 bytes (four phases, colours apart), 16 (colours alike: 20 to 30 % less time a step with
-``matched-wide`` and ``matched-full`` on llvmpipe) or 12 (the nearest phase, which serves where
-rows hold many pixels, and rows of single pixels).
+row holds, 17 with ``matched-microlens`` and 208 with the thesis's array.
 """
 
 from __future__ import annotations
@@ -31,62 +28,72 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vrlf.errors import InputError
-from vrlf.gpu import Buffer, Device, Field
+from vrlf.gpu import GROUP_PX, Buffer, Device, Field
 from vrlf.model import Rig
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
 from vrlf.optics.viewport import SIDES, Side
 from vrlf.passes.fields import VIEWPORT_FIELDS, lattice_rasters, viewport_values
 from vrlf.passes.phases import (
-    PatchRows,
     Rows,
-    Sampling,
     Turning,
     bands,
-    colours_apart,
     joined,
     packed,
-    patched,
     phases_per_offset,
     sampling_of,
 )
-from vrlf.passes.pixels import ENTRY_BYTES, packed_rows, turned
+from vrlf.passes.pixels import turned
 from vrlf.passes.tabulate import RowBuilder
 
 TABLE_FIELDS = (
     *VIEWPORT_FIELDS,
     Field("ivec2", "phases", "along each side of a cell, for the left and the right eye"),
 )
+ENTRY_BYTES = 8
 # What both tables may take where each pixel has its row.
 _MOST_BYTES = 1_000_000_000
+# Invocations that share a row on a GPU, so that they read what lies side by side; of short rows
+# too many find nothing to do. Measured on an H200, 1334x750, 10 steps in ms with 1, 2, 4, 8:
+# matched-wide (9 entries a row) 1.28 1.14 1.41 2.81; matched-microlens (17) 4.04 2.41 1.79 3.23;
+# matched-full (17) 2.03 1.56 1.70; thesis's array (208) 17.5 10.7 10.9 12.9; Table 8.1 (89)
+# 7.8 5.1 4.9 5.8.
+_LANES, _SHORT_LANES, _SHORT_ROW = 4, 2, 12
 
 
 @dataclass
 class _Table:
-    """One table in the making: packed entries, and how many each row has."""
+    """One table in the making: pairs of packed entries, and how many pairs each row has."""
 
     words: list[NDArray[np.uint32]] = field(default_factory=list)
-    counts: list[NDArray[np.int64]] = field(default_factory=list)
+    pairs: list[NDArray[np.int64]] = field(default_factory=list)
 
-    def add(self, words: NDArray[np.uint32], counts: NDArray[np.int64]) -> None:
-        """Take more rows."""
-        self.words.append(words)
-        self.counts.append(counts)
-
-    def add_rows(self, rows: Rows, span: NDArray[np.int64]) -> None:
-        """Take the rows from ``span[0]`` to ``span[1]``, one weight for each colour."""
+    def add(self, rows: Rows, span: NDArray[np.int64]) -> None:
+        """Take the rows from ``span[0]`` to ``span[1]``, each filled up to a whole pair."""
         counts = np.bincount(rows.row - span[0], minlength=int(span[1] - span[0]))
-        self.add(packed_rows(rows), counts)
+        pairs = (counts + 1) // 2
+        words = np.zeros((2 * int(pairs.sum()), 2), np.uint32)
+        # How many entries were put in before an entry's own row to fill others up.
+        filled = np.cumsum(2 * pairs - counts) - (2 * pairs - counts)
+        words[np.arange(len(rows.row)) + filled[rows.row - span[0]]] = packed(rows)
+        self.words.append(words.reshape(-1, 4))
+        self.pairs.append(pairs)
 
-    def add_patches(self, rows: PatchRows, apart: bool) -> None:
-        """Take the rows of some patches."""
-        self.add(packed(rows, apart), np.diff(rows.starts))
+    @property
+    def entries(self) -> int:
+        """All of them."""
+        return 2 * sum(len(words) for words in self.words)
+
+    @property
+    def entries_a_row(self) -> float:
+        """On average."""
+        return self.entries / max(sum(len(pairs) for pairs in self.pairs), 1)
 
     def buffers(self, device: Device, label: str) -> Iterator[Buffer]:
-        """Upload entries, then starts. One entry more, that no row reads: none can't be bound."""
+        """Upload entries, then starts. One pair more, that no row reads: none can't be bound."""
         spare = np.zeros((1, self.words[0].shape[1]), np.uint32)
         yield Buffer(device, np.concatenate([*self.words, spare]), label=f"{label} entries")
-        starts = np.cumsum(np.concatenate([[0], *self.counts])).astype(np.int32)
+        starts = np.cumsum(np.concatenate([[0], *self.pairs])).astype(np.int32)
         yield Buffer(device, starts, label=f"{label} starts")
 
 
@@ -125,13 +132,7 @@ class OperatorTables:
         lattice = lattice_of(rig)
         walled = lattice is not None and lattice.barriers == "perpendicular"
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
-        sampling = Sampling((0, 0), is_nearest=True) if walled else sampling_of(rig, lattice)
-        self.phases = sampling.phases
-        self.defines = {
-            "PER_PIXEL": int(walled),
-            "CORNERS": 1 if sampling.is_nearest else 4,
-            "COLOURS_APART": int(colours_apart(rig)),
-        }
+        self.phases = (0, 0) if walled else sampling_of(rig, lattice)
         self.values: dict[str, Any] = {**viewport_values(rig), "phases": self.phases}
         forward, adjoint = _Table(), _Table()
         for side, phases in zip(SIDES, self.phases, strict=True):
@@ -141,6 +142,9 @@ class OperatorTables:
             else:
                 per_offset = phases_per_offset(rig, lattice, phases)
                 yield from self._by_phase(rows, phases, per_offset, forward, adjoint)
+        lanes = _lanes(device, forward)
+        # The width of a group that holds as many lanes for each of its pixels, too.
+        self.defines = {"PER_PIXEL": int(walled), "LANES": lanes, "GROUP_LANES": lanes * GROUP_PX}
         yield from self._upload(device, rig, lattice, forward, adjoint)
 
     def _traced(
@@ -148,7 +152,7 @@ class OperatorTables:
     ) -> Generator[None, None, Rows]:
         """The rows of one eye; of too many pixels they are refused as soon as they are met."""
         stretches: list[Rows] = []
-        found = sum(len(words) for words in forward.words)
+        found = forward.entries
         with closing(builder.rows(rig, side, phases, self.values["view_px"])) as tracing:
             for each in tracing:
                 if each is not None:
@@ -162,23 +166,12 @@ class OperatorTables:
     def _by_phase(
         self, rows: Rows, phases: int, per_offset: Float, forward: _Table, adjoint: _Table
     ) -> Generator[None, None, None]:
-        yield from self._by_patch(rows, phases, forward)
-        turning = Turning(rows, per_offset, phases, is_nearest=self.defines["CORNERS"] == 1)
+        turning = Turning(rows, per_offset, phases)
         yield
-        parts = []
         for band in bands(phases, len(rows.row)):
-            parts.append(turning.lines(band))
-            yield
-        yield from self._by_patch(joined(parts), phases, adjoint)
-
-    def _by_patch(self, rows: Rows, phases: int, table: _Table) -> Generator[None, None, None]:
-        """Rows by phase as they are read: the nearest, or patch by patch."""
-        for band in bands(phases, len(rows.row)):
-            if self.defines["CORNERS"] == 1:
-                lines = np.array([band.start, band.stop]) * phases
-                table.add_rows(rows.take(slice(*np.searchsorted(rows.row, lines))), lines)
-            else:
-                table.add_patches(patched(rows, phases, band), bool(self.defines["COLOURS_APART"]))
+            lines = np.array([band.start, band.stop]) * phases
+            forward.add(rows.take(slice(*np.searchsorted(rows.row, lines))), lines)
+            adjoint.add(turning.lines(band), lines)
             yield
 
     def _by_pixel(
@@ -188,8 +181,8 @@ class OperatorTables:
         for band in bands(height, len(rows.row)):
             lines = np.array([band.start, band.stop]) * width
             here = rows.take(slice(*np.searchsorted(rows.row, lines)))
-            forward.add_rows(here, lines)
-            adjoint.add_rows(turned(rows, (width, height), band), lines)
+            forward.add(here, lines)
+            adjoint.add(turned(rows, (width, height), band), lines)
             yield
 
     def _upload(
@@ -227,6 +220,13 @@ class OperatorTables:
         """Give all tables back."""
         for buffer in (*self.forward, *self.adjoint, self.crossings):
             buffer.release()
+
+
+def _lanes(device: Device, table: _Table) -> int:
+    """How many invocations share a row: one where the CPU does the work."""
+    if device.info.is_software:
+        return 1
+    return _LANES if table.entries_a_row > _SHORT_ROW else _SHORT_LANES
 
 
 def _too_large(rig: Rig) -> str:

@@ -8,11 +8,8 @@ stands itself. The adjoint is the true transpose.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vrlf.passes.phases import Rows, packed_offsets
-
-ENTRY_BYTES = 12
+from vrlf.passes.phases import Rows
 
 
 def turned(rows: Rows, size_px: tuple[int, int], band: range) -> Rows:
@@ -34,10 +31,3 @@ def turned(rows: Rows, size_px: tuple[int, int], band: range) -> Rows:
     kept = (line >= band.start) & (line < band.stop) & (column >= 0) & (column < width)
     here = Rows((line * width + column)[kept], -near.offsets[kept], near.weights[kept])
     return here.take(np.argsort(here.row, kind="stable"))
-
-
-def packed_rows(rows: Rows) -> NDArray[np.uint32]:
-    """Entries as the shader unpacks them, (n, 3) words: two 16-bit offsets, three half floats."""
-    halves = np.zeros((len(rows.row), 4), np.float16)
-    halves[:, :3] = rows.weights
-    return np.concatenate([packed_offsets(rows.offsets)[:, None], halves.view(np.uint32)], axis=1)

@@ -5,7 +5,15 @@ from __future__ import annotations
 from vrlf.gpu import Device, Texture
 from vrlf.solve.tables import OptimalTables
 
-_NAMES = ("stepped", "ahead", "product", "begun", "before")
+# What products read and write is a picture of half floats: half the bytes, and 66 dB.
+_KINDS = {
+    "stepped": "f4",
+    "ahead": "f4",
+    "begun": "f4",
+    "before": "f4",
+    "sought": "f2",
+    "product": "f2",
+}
 
 
 class Memory:
@@ -25,9 +33,10 @@ class Memory:
         size = tables.operator.size_px
         if self._pictures and self.product.size_px != size:
             self._give_back()
-        for name in _NAMES:
+        for name, kind in _KINDS.items():
             if name not in self._pictures:
-                self._pictures[name] = Texture(self._device, size, label=f"optimal {name}")
+                label = f"optimal {name}"
+                self._pictures[name] = Texture(self._device, size, kind=kind, label=label)
         is_warm, self._tables = self._tables is tables, tables
         pictures = self._pictures
         pictures["begun"], pictures["before"] = pictures["before"], pictures["begun"]
@@ -42,6 +51,11 @@ class Memory:
     def ahead(self) -> Texture:
         """The last picture before it was bounded, z; POGM's gamma in its alpha."""
         return self._pictures["ahead"]
+
+    @property
+    def sought(self) -> Texture:
+        """The last picture, to be read by a product."""
+        return self._pictures["sought"]
 
     @property
     def product(self) -> Texture:

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import time
 
-from vrlf.gpu import Block, ComputeVariants, Device, Field, Texture
+from vrlf.gpu import Block, ComputePass, ComputeVariants, Device, Field, Texture
 from vrlf.passes.operator import TABLE_FIELDS
 from vrlf.solve.memory import Memory
 from vrlf.solve.tables import OptimalTables, TableBuilder
@@ -110,10 +110,14 @@ class Optimal:
         """
         started = time.perf_counter()
         self._begin(memory, tables, target, shown)
+        residual = self.builder.products.ready(tables.operator, levels=tables.levels)
+        step = self._steps.get(tables.operator.defines)
+        step.set({**tables.operator.values, "least": _LEAST, "most_theta": _MOST_THETA})
         for done in range(steps):
             if budget_ms is not None and self._elapsed_ms(started) > budget_ms:
                 return done
-            self._descend(memory, tables, target, shown)
+            residual.run("forward", memory.sought, target, memory.product)
+            self._descend(step, memory, tables, shown)
         self._device.check("solving for the panel image")
         return steps
 
@@ -133,6 +137,7 @@ class Optimal:
         memory.stepped.bind_image(1, read=True, write=True)
         memory.ahead.bind_image(2, read=True, write=True)
         memory.begun.bind_image(3, read=False, write=True)
+        memory.sought.bind_image(4, read=False, write=True)
         start = self._starts.get({"WARM": int(is_warm), "NEAR": _NEAR})
         start.set(
             {
@@ -146,21 +151,17 @@ class Optimal:
         start.run(*tables.operator.size_px)
 
     def _descend(
-        self, memory: Memory, tables: OptimalTables, target: Texture, shown: Texture
+        self, step: ComputePass, memory: Memory, tables: OptimalTables, shown: Texture
     ) -> None:
-        operator = tables.operator
-        self.builder.products.apply(
-            operator, "forward", shown, memory.product, target=target, levels=tables.levels
-        )
+        """From the residual one step on."""
         for unit, picture in enumerate((memory.product, tables.reached, tables.curvature)):
             picture.bind_sampler(unit)
         shown.bind_image(0, read=False, write=True)
         memory.stepped.bind_image(1, read=True, write=True)
         memory.ahead.bind_image(2, read=True, write=True)
-        operator.bind("adjoint")
-        step = self._steps.get(operator.defines)
-        step.set({**operator.values, "least": _LEAST, "most_theta": _MOST_THETA})
-        step.run(*operator.size_px)
+        memory.sought.bind_image(3, read=False, write=True)
+        tables.operator.bind("adjoint")
+        step.run(*tables.operator.size_px)
 
     def release(self) -> None:
         """Give programs and pictures back."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from vrlf.gpu import Block, ComputeVariants, Device, Field, Texture
+from vrlf.gpu import Block, ComputePass, ComputeVariants, Device, Field, Texture
 from vrlf.passes.operator import TABLE_FIELDS, OperatorTables
 
 APPLY = Block(
@@ -34,31 +34,43 @@ class Products:
     def __init__(self, device: Device) -> None:
         self._programs = ComputeVariants(device, "operator_apply.comp", APPLY)
 
-    def apply(
-        self,
-        operator: OperatorTables,
-        which: Which,
-        light: Texture,
-        result: Texture,
-        *,
-        target: Texture | None = None,
-        levels: Levels | None = None,
-    ) -> None:
-        """Write P light, or P' light; less what ``target`` means at ``levels``, if given."""
-        light.bind_sampler(0)
-        (target or light).bind_sampler(1)
-        result.bind_image(0, read=False, write=True)
-        operator.bind(which)
+    def ready(self, operator: OperatorTables, *, levels: Levels | None = None) -> Product:
+        """A product of this operator, to be run as often as is wanted until the next is made.
+
+        With ``levels`` what the target means there is taken off.
+        """
+        program = self._programs.get(operator.defines)
         values: dict[str, Any] = {
             **operator.values,
-            "subtracted": 0.0 if target is None else 1.0,
+            "subtracted": 0.0 if levels is None else 1.0,
             "brightness": 1.0 if levels is None else levels.brightness,
             "black_level": 0.0 if levels is None else levels.black_level,
         }
-        program = self._programs.get(operator.defines)
         program.set(values)
-        program.run(*operator.size_px)
+        return Product(program, operator)
+
+    def apply(
+        self, operator: OperatorTables, which: Which, light: Texture, result: Texture
+    ) -> None:
+        """Write P light, or P' light, once."""
+        self.ready(operator).run(which, light, light, result)
 
     def release(self) -> None:
         """Give the programs back."""
         self._programs.release()
+
+
+@dataclass(frozen=True)
+class Product:
+    """A program with its numbers set: nothing is left to do but to bind and to run."""
+
+    program: ComputePass
+    operator: OperatorTables
+
+    def run(self, which: Which, light: Texture, target: Texture, result: Texture) -> None:
+        """Write P light, or P' light; less what the target means, if levels were given."""
+        light.bind_sampler(0)
+        target.bind_sampler(1)
+        result.bind_image(0, read=False, write=True)
+        self.operator.bind(which)
+        self.program.run(*self.operator.size_px)

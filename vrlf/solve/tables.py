@@ -79,7 +79,7 @@ class OptimalTables:
         with ExitStack() as undo:
             ones, seen = (self._texture(device, name, undo) for name in ("ones", "P1"))
             width, height = ones.size_px
-            ones.write(np.ones((height, width, 4), np.float32))
+            ones.write(np.ones((height, width, 4), np.float16))
             yield
             work: tuple[tuple[Which, Texture, Texture], ...] = (
                 ("adjoint", ones, self.reached),
@@ -91,7 +91,7 @@ class OptimalTables:
                 yield
 
     def _texture(self, device: Device, label: str, undo: ExitStack) -> Texture:
-        texture = Texture(device, self.operator.size_px, label=f"optimal {label}")
+        texture = Texture(device, self.operator.size_px, kind="f2", label=f"optimal {label}")
         undo.callback(texture.release)
         return texture
 

@@ -17,6 +17,7 @@ from vrlf.gpu import Buffer, Device, Texture
 from vrlf.model import Rig
 from vrlf.passes import ForwardTables, PerceiveTables, Sharpen
 from vrlf.passes.forward_plain import PlainForward, PlainForwardTables
+from vrlf.passes.operator import ENTRY_BYTES
 from vrlf.solve import Memory, Optimal, OptimalTables
 from vrlf.solve.wiener import sharpen_tables
 from vrlf.studies.limits import PIXEL_BYTES
@@ -180,7 +181,7 @@ def optimal_passes(stage: Stage, by: ExitStack) -> Iterator[Step]:
     memory = kept(by, Memory(device))
     tables = kept(by, OptimalTables(device, rig, optimal.builder))
     (p_bytes, p_fetches), (back_bytes, back_fetches) = (
-        _least_of_table(tables, buffers, stage.pixels)
+        _least_of_table(buffers, stage.pixels)
         for buffers in (tables.operator.forward, tables.operator.adjoint)
     )
 
@@ -214,15 +215,11 @@ def _a_step_ms(clock: Clock, start: Callable[[], object], work: Callable[[], obj
     return max(0.0, (clock(work) - clock(start)) / _STEPS_TIMED)
 
 
-def _least_of_table(
-    tables: OptimalTables, buffers: Sequence[Buffer], pixels: int
-) -> tuple[float, float]:
+def _least_of_table(buffers: Sequence[Buffer], pixels: int) -> tuple[float, float]:
     """Bytes of one of the operator's tables, and the texels fetched where it is applied."""
-    defines = tables.operator.defines
-    entry_bytes = 12 if defines["PER_PIXEL"] else 32 if defines["COLOURS_APART"] else 16
     entries, starts = buffers
-    # A row of so many entries on average; the last entry and the last start belong to none.
-    entries_a_row = (entries.nbytes / entry_bytes - 1.0) / (starts.nbytes / 4 - 1.0)
+    # A row of so many entries on average; the last pair and the last start belong to none.
+    entries_a_row = (entries.nbytes / ENTRY_BYTES - 2.0) / (starts.nbytes / 4 - 1.0)
     return entries.nbytes + starts.nbytes, entries_a_row * pixels
 
 
