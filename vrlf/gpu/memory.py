@@ -130,15 +130,30 @@ class Buffer:
     """A storage buffer that holds a numpy array."""
 
     def __init__(self, device: Device, data: NDArray[np.generic], *, label: str) -> None:
-        self._device, self._label = device, label
-        self.nbytes = int(data.nbytes)
-        if self.nbytes > device.info.max_storage_bytes:
+        self._take(device, int(data.nbytes), label)
+        try:
+            self.write(data)
+            device.check(f"uploading {label}")
+        except DeviceError:
+            self.release()
+            raise
+
+    @classmethod
+    def reserved(cls, device: Device, nbytes: int, *, label: str) -> Buffer:
+        """Room for data that is written a part at a time."""
+        buffer = cls.__new__(cls)
+        buffer._take(device, nbytes, label)
+        return buffer
+
+    def _take(self, device: Device, nbytes: int, label: str) -> None:
+        self._device, self._label, self.nbytes = device, label, nbytes
+        if nbytes > device.info.max_storage_bytes:
             raise DeviceError(
-                f"{label}: found {self.nbytes} bytes, wanted at most "
+                f"{label}: found {nbytes} bytes, wanted at most "
                 f"{device.info.max_storage_bytes} (the limit of {device.info.renderer})"
             )
-        self._buffer = device.context.buffer(np.ascontiguousarray(data).tobytes())
-        self._ticket = device.enlist(f"buffer {label}", self.nbytes)
+        self._buffer = device.context.buffer(reserve=nbytes)
+        self._ticket = device.enlist(f"buffer {label}", nbytes)
         try:
             device.check(f"allocating {label}")
         except DeviceError:
@@ -159,7 +174,16 @@ class Buffer:
         """Replace the contents; the size stays."""
         if data.nbytes != self.nbytes:
             raise ValueError(f"{self._label}: found {data.nbytes} bytes, wanted {self.nbytes}")
-        self._buffer.write(np.ascontiguousarray(data).tobytes())
+        self._buffer.write(np.ascontiguousarray(data))
+
+    def write_part(self, data: NDArray[np.generic], start_byte: int) -> None:
+        """Replace the contents from a byte on."""
+        if start_byte + data.nbytes > self.nbytes:
+            raise ValueError(
+                f"{self._label}: found {data.nbytes} bytes from {start_byte} on, "
+                f"wanted them within {self.nbytes}"
+            )
+        self._buffer.write(np.ascontiguousarray(data), offset=start_byte)
 
     def release(self) -> None:
         """Give the memory back; the second call does nothing."""

@@ -19,7 +19,7 @@ row holds, 17 with ``matched-microlens`` and 208 with the thesis's array.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 from typing import Any, Literal, Self
@@ -31,7 +31,6 @@ from vrlf.errors import InputError
 from vrlf.gpu import GROUP_PX, Buffer, Device, Field
 from vrlf.model import Rig
 from vrlf.optics.lattice import Lattice, lattice_of
-from vrlf.optics.polynomial import Float
 from vrlf.optics.viewport import SIDES, Side
 from vrlf.passes.fields import VIEWPORT_FIELDS, lattice_rasters, viewport_values
 from vrlf.passes.phases import (
@@ -44,7 +43,7 @@ from vrlf.passes.phases import (
     sampling_of,
 )
 from vrlf.passes.pixels import turned
-from vrlf.passes.tabulate import RowBuilder
+from vrlf.passes.tabulate import RowBuilder, Stretch
 
 TABLE_FIELDS = (
     *VIEWPORT_FIELDS,
@@ -53,6 +52,8 @@ TABLE_FIELDS = (
 ENTRY_BYTES = 8
 # What both tables may take where each pixel has its row.
 _MOST_BYTES = 1_000_000_000
+# Parts of a table that are uploaded in a piece of work: some hundred kB.
+_UPLOADS = 4
 # Invocations that share a row on a GPU, so that they read what lies side by side; of short rows
 # too many find nothing to do. Measured on an H200, 1334x750, 10 steps in ms with 1, 2, 4, 8:
 # matched-wide (9 entries a row) 1.28 1.14 1.41 2.81; matched-microlens (17) 4.04 2.41 1.79 3.23;
@@ -68,9 +69,9 @@ class _Table:
     words: list[NDArray[np.uint32]] = field(default_factory=list)
     pairs: list[NDArray[np.int64]] = field(default_factory=list)
 
-    def add(self, rows: Rows, span: NDArray[np.int64]) -> None:
+    def add(self, rows: Rows, span: tuple[int, int]) -> None:
         """Take the rows from ``span[0]`` to ``span[1]``, each filled up to a whole pair."""
-        counts = np.bincount(rows.row - span[0], minlength=int(span[1] - span[0]))
+        counts = np.bincount(rows.row - span[0], minlength=span[1] - span[0])
         pairs = (counts + 1) // 2
         words = np.zeros((2 * int(pairs.sum()), 2), np.uint32)
         # How many entries were put in before an entry's own row to fill others up.
@@ -89,12 +90,27 @@ class _Table:
         """On average."""
         return self.entries / max(sum(len(pairs) for pairs in self.pairs), 1)
 
-    def buffers(self, device: Device, label: str) -> Iterator[Buffer]:
-        """Upload entries, then starts. One pair more, that no row reads: none can't be bound."""
-        spare = np.zeros((1, self.words[0].shape[1]), np.uint32)
-        yield Buffer(device, np.concatenate([*self.words, spare]), label=f"{label} entries")
+    def buffers(
+        self, device: Device, label: str, undo: ExitStack
+    ) -> Generator[None, None, tuple[Buffer, Buffer]]:
+        """Upload entries, then starts, a part at a time; ``undo`` gives them back.
+
+        One pair more, that no row reads: none can't be bound.
+        """
+        nbytes = ENTRY_BYTES * (self.entries + 2)
+        entries = Buffer.reserved(device, nbytes, label=f"{label} entries")
+        undo.callback(entries.release)
+        at, spare = 0, np.zeros((1, 4), np.uint32)
+        for number, words in enumerate([*self.words, spare]):
+            entries.write_part(words, at)
+            at += words.nbytes
+            if number % _UPLOADS == 0:
+                yield
         starts = np.cumsum(np.concatenate([[0], *self.pairs])).astype(np.int32)
-        yield Buffer(device, starts, label=f"{label} starts")
+        made = Buffer(device, starts, label=f"{label} starts")
+        undo.callback(made.release)
+        yield
+        return entries, made
 
 
 class OperatorTables:
@@ -136,52 +152,64 @@ class OperatorTables:
         self.values: dict[str, Any] = {**viewport_values(rig), "phases": self.phases}
         forward, adjoint = _Table(), _Table()
         for side, phases in zip(SIDES, self.phases, strict=True):
-            rows = yield from self._traced(rig, side, phases, builder, forward)
             if walled:
-                yield from self._by_pixel(rows, forward, adjoint)
+                yield from self._by_pixel(rig, side, builder, forward, adjoint)
             else:
-                per_offset = phases_per_offset(rig, lattice, phases)
-                yield from self._by_phase(rows, phases, per_offset, forward, adjoint)
+                turning = Turning(phases_per_offset(rig, lattice, phases), phases)
+                yield from self._by_phase(rig, side, turning, builder, forward, adjoint)
         lanes = _lanes(device, forward)
         # The width of a group that holds as many lanes for each of its pixels, too.
         self.defines = {"PER_PIXEL": int(walled), "LANES": lanes, "GROUP_LANES": lanes * GROUP_PX}
         yield from self._upload(device, rig, lattice, forward, adjoint)
 
     def _traced(
-        self, rig: Rig, side: Side, phases: int, builder: RowBuilder, forward: _Table
-    ) -> Generator[None, None, Rows]:
-        """The rows of one eye; of too many pixels they are refused as soon as they are met."""
-        stretches: list[Rows] = []
-        found = forward.entries
+        self, rig: Rig, side: Side, builder: RowBuilder, take: Callable[[Stretch], None]
+    ) -> Generator[None, None, None]:
+        """All rows of one eye, a stretch at a time."""
+        phases = self.phases[SIDES.index(side)]
         with closing(builder.rows(rig, side, phases, self.values["view_px"])) as tracing:
-            for each in tracing:
-                if each is not None:
-                    stretches.append(each)
-                    found += len(each.row)
-                    if not phases and 2 * ENTRY_BYTES * found > _MOST_BYTES:
-                        raise InputError(_too_large(rig))
+            for stretch in tracing:
+                if stretch is not None:
+                    take(stretch)
                 yield
-        return joined(stretches)
 
     def _by_phase(
-        self, rows: Rows, phases: int, per_offset: Float, forward: _Table, adjoint: _Table
+        self,
+        rig: Rig,
+        side: Side,
+        turning: Turning,
+        builder: RowBuilder,
+        forward: _Table,
+        adjoint: _Table,
     ) -> Generator[None, None, None]:
-        turning = Turning(rows, per_offset, phases)
-        yield
-        for band in bands(phases, len(rows.row)):
-            lines = np.array([band.start, band.stop]) * phases
-            forward.add(rows.take(slice(*np.searchsorted(rows.row, lines))), lines)
-            adjoint.add(turning.lines(band), lines)
+        def take(stretch: Stretch) -> None:
+            forward.add(stretch.rows, stretch.span)
+            turning.take(stretch.rows)
+
+        yield from self._traced(rig, side, builder, take)
+        entries = yield from turning.join()
+        phases = self.phases[SIDES.index(side)]
+        for band in bands(phases, entries):
+            adjoint.add(turning.lines(band), (band.start * phases, band.stop * phases))
             yield
 
     def _by_pixel(
-        self, rows: Rows, forward: _Table, adjoint: _Table
+        self, rig: Rig, side: Side, builder: RowBuilder, forward: _Table, adjoint: _Table
     ) -> Generator[None, None, None]:
+        """Of too many pixels the rows are refused as soon as they are met."""
+        stretches: list[Rows] = []
         width, height = self.values["view_px"]
+
+        def take(stretch: Stretch) -> None:
+            forward.add(stretch.rows, stretch.span)
+            stretches.append(stretch.rows)
+            if 2 * ENTRY_BYTES * forward.entries > _MOST_BYTES:
+                raise InputError(_too_large(rig))
+
+        yield from self._traced(rig, side, builder, take)
+        rows = joined(stretches)
         for band in bands(height, len(rows.row)):
-            lines = np.array([band.start, band.stop]) * width
-            here = rows.take(slice(*np.searchsorted(rows.row, lines)))
-            forward.add(here, lines)
+            lines = band.start * width, band.stop * width
             adjoint.add(turned(rows, (width, height), band), lines)
             yield
 
@@ -194,13 +222,8 @@ class OperatorTables:
         adjoint: _Table,
     ) -> Generator[None, None, None]:
         with ExitStack() as undo:
-            made: list[Buffer] = []
-            for table, label in ((forward, "operator"), (adjoint, "adjoint")):
-                for buffer in table.buffers(device, label):
-                    undo.callback(buffer.release)
-                    made.append(buffer)
-                    yield
-            self.forward, self.adjoint = (made[0], made[1]), (made[2], made[3])
+            self.forward = yield from forward.buffers(device, "operator", undo)
+            self.adjoint = yield from adjoint.buffers(device, "adjoint", undo)
             self.crossings, owners = lattice_rasters(device, rig, lattice)
             owners.release()
             if lattice is None:  # all pixels have one phase, whatever is read here

@@ -7,7 +7,7 @@ nearest one is read.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from math import ceil, sqrt
 from typing import Any
@@ -35,6 +35,8 @@ _FEWEST, _MOST = 48, 256
 # 1024 rays a row lose 0.02 dB against 2048, 512 0.06, 256 0.15.
 _RAYS_AN_EYE = 1 << 25
 _FEWEST_RAYS, _MOST_RAYS = 512, 8192
+# Makes an offset a positive number of 16 bits.
+_MIDDLE = 1 << 15
 # Entries that are turned about, or put side by side, in a piece of work: 2 to 5 ms.
 _BAND_ENTRIES = 1 << 14
 
@@ -132,19 +134,36 @@ class Turning:
     That phase lies between sampled ones; the entry goes to the nearest.
     """
 
-    def __init__(self, rows: Rows, per_offset: Float, phases: int) -> None:
-        self._rows, self._phases = rows, phases
-        moved = np.rint(rows.offsets @ per_offset.T).astype(np.int64)
-        self._column = (rows.row % phases + moved[:, 0]) % phases
-        self._line = (rows.row // phases + moved[:, 1]) % phases
+    def __init__(self, per_offset: Float, phases: int) -> None:
+        self._per_offset, self._phases = per_offset, phases
+        self._keys: list[Ints] = []
+        self._weights: list[NDArray[np.float32]] = []
+
+    def take(self, rows: Rows) -> None:
+        """More rows of the operator."""
+        n, moved = self._phases, np.rint(rows.offsets @ self._per_offset.T).astype(np.int64)
+        line, column = rows.row // n + moved[:, 1], rows.row % n + moved[:, 0]
+        # One number that sorts by row, then as its pixels lie on the panel.
+        place, back = line % n * n + column % n, _MIDDLE - rows.offsets
+        self._keys.append((place << 32) | (back[:, 1] << 16) | back[:, 0])
+        self._weights.append(rows.weights)
+
+    def join(self) -> Generator[None, None, int]:
+        """End taking; the number of entries."""
+        self._keys = [np.concatenate(self._keys)]
+        yield
+        self._weights = [np.concatenate(self._weights)]
+        return len(self._keys[0])
 
     def lines(self, band: range) -> Rows:
         """The rows of some lines of phases, each in the order of its pixels on the panel."""
-        kept = np.flatnonzero((self._line >= band.start) & (self._line < band.stop))
-        place = self._line[kept] * self._phases + self._column[kept]
-        offsets = -self._rows.offsets[kept]
-        order = np.lexsort((offsets[:, 0], offsets[:, 1], place))
-        return Rows(place[order], offsets[order], self._rows.weights[kept[order]])
+        (keys,), (weights,) = self._keys, self._weights
+        low, high = ((line * self._phases) << 32 for line in (band.start, band.stop))
+        kept = np.flatnonzero((keys >= low) & (keys < high))
+        kept = kept[np.argsort(keys[kept])]
+        found = keys[kept]
+        offsets = np.stack([found & 0xFFFF, (found >> 16) & 0xFFFF], axis=-1) - _MIDDLE
+        return Rows(found >> 32, offsets, weights[kept])
 
 
 def packed(rows: Rows) -> NDArray[np.uint32]:

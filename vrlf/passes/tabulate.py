@@ -62,6 +62,14 @@ class _Windows:
         return int(self.size[0] * self.size[1])
 
 
+@dataclass(frozen=True)
+class Stretch:
+    """Whole rows, from ``span[0]`` to ``span[1]``, whether anything is in them or not."""
+
+    rows: Rows
+    span: tuple[int, int]
+
+
 class RowBuilder:
     """Owns the programs that tabulate, one for each kind of rig met so far."""
 
@@ -71,7 +79,7 @@ class RowBuilder:
 
     def rows(
         self, rig: Rig, side: Side, phases: int, view_px: tuple[int, int]
-    ) -> Generator[Rows | None, None, None]:
+    ) -> Generator[Stretch | None, None, None]:
         """P / throughput of one eye, stretch by stretch; None is a rest within one.
 
         Parameters
@@ -92,7 +100,7 @@ class RowBuilder:
 
     def _stretches(
         self, tables: PerceiveTables, windows: _Windows
-    ) -> Generator[Rows | None, None, None]:
+    ) -> Generator[Stretch | None, None, None]:
         """Dense windows of as many rows as fit, and what is not dark in them."""
         most = max(1, _WINDOW_BYTES // (12 * windows.area))
         if self._device.info.is_software:
@@ -105,7 +113,8 @@ class RowBuilder:
             place, weights = _lit(dense.reshape(count, windows.area, 3), _NEGLIGIBLE * scale)
             row, within = np.divmod(place, windows.area)
             offsets = np.stack([within % windows.size[0], within // windows.size[0]], axis=-1)
-            yield Rows(row + first, offsets + windows.low, weights / np.float32(scale))
+            rows = Rows(row + first, offsets + windows.low, weights / np.float32(scale))
+            yield Stretch(rows, (first, first + count))
 
     def _dense(
         self, tables: PerceiveTables, windows: _Windows, first: int, count: int

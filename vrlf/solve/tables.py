@@ -70,6 +70,7 @@ class OptimalTables:
             undo.callback(self.operator.release)
             self.reached = self._texture(device, "P'1", undo)
             self.curvature = self._texture(device, "P'P1", undo)
+            yield
             yield from self._measure(device, builder.products)
             device.check("making the optimal prefilter's tables")
             undo.pop_all()
@@ -79,6 +80,7 @@ class OptimalTables:
         with ExitStack() as undo:
             ones, seen = (self._texture(device, name, undo) for name in ("ones", "P1"))
             width, height = ones.size_px
+            yield
             ones.write(np.ones((height, width, 4), np.float16))
             yield
             work: tuple[tuple[Which, Texture, Texture], ...] = (
