@@ -21,7 +21,7 @@ from vrlf.studies.change import change_table, run_change
 from vrlf.studies.endurance import FRAMES, WARM_AFTER, endurance_table, run_endurance
 from vrlf.studies.quality import cropped
 
-# Small enough for ten thousand frames on software GL in a minute.
+# Small enough for ten thousand frames, twice, on software GL in some minutes.
 _MEMORY_PX = (96, 48)
 
 
@@ -41,6 +41,7 @@ def memory(frames: int, full: bool, as_json: bool, **options: Any) -> None:
     """Run frames, the prescription changing every 500, and note what is alive.
 
     GPU objects and bytes, Python's memory and the process's, after 1000 frames and at the end.
+    All runs twice: Python's memory is traced apart, for tracing takes some itself.
 
     \b
     Example:

@@ -49,8 +49,8 @@ START = Block(
         Field("float", "trust", "mean square of a change that leaves half of what was added"),
     ),
 )
-# A pixel that receives less than this share of its light is dark. Reading between phases widens
-# what rays reach by a fraction of a pixel; this takes it away again, and costs 0.01 dB.
+# A pixel that receives less than this share of its light is dark. The nearest phase reaches a
+# fraction of a pixel farther than the pixel's own; this takes it away again, and costs 0.01 dB.
 _LEAST = 0.01
 # Where the start changed by this much (mean square over a pixel's neighbours and colours) half of
 # what the last frame's steps had added is kept. Measured, two steps a frame, dB over cold in
