@@ -53,12 +53,13 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (pixel.x >= size_px.x || pixel.y >= size_px.y) return;
     vec3 c = backprojected(pixel);
-    vec4 w = vec4(c, 1.0), z = vec4(c, 1.0);
+    // theta and gamma, see operator_step.comp.
+    vec4 w = vec4(c, first_theta), z = vec4(c, 1.0);
 #if WARM
     float share = kept_share(pixel);
-    vec4 old = vec4(texelFetch(before, pixel, 0).rgb, 1.0);
-    w += share * (imageLoad(stepped, pixel) - old);
-    z += share * (imageLoad(ahead, pixel) - old);
+    vec3 old = texelFetch(before, pixel, 0).rgb;
+    w += share * (imageLoad(stepped, pixel) - vec4(old, first_theta));
+    z += share * (imageLoad(ahead, pixel) - vec4(old, 1.0));
 #endif
     imageStore(begun, pixel, vec4(c, 1.0));
     vec4 bounded = vec4(clamp(z.rgb, 0.0, 1.0), 1.0);

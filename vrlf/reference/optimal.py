@@ -19,6 +19,9 @@ from vrlf.optics.samples import pupil_points
 from vrlf.optics.viewport import SIDES, Viewport, viewport
 from vrlf.reference.perceive import Gather, Hit
 
+# Where POGM's theta begins: its authors' 1 serves the worst of cases; with 4 the momentum that
+# details need is there from the first step (see vrlf/solve/optimal.py).
+FIRST_THETA = 4.0
 # A pixel that receives less than this share of its light is dark.
 _LEAST = 0.01
 _MOST_BYTES = 2_000_000_000
@@ -153,7 +156,7 @@ def descend(operator: Operator, meant: Float, iterations: int) -> Float:
     lit = reached > _LEAST
     curvature = np.where(lit, operator.adjoint(operator.apply(ones)), np.inf)
     x = np.clip(np.where(lit, operator.adjoint(meant) / np.where(lit, reached, 1.0), 0.0), 0.0, 1.0)
-    w, z, theta, gamma = x, x, 1.0, 1.0
+    w, z, theta, gamma = x, x, FIRST_THETA, 1.0
     for _ in range(iterations):
         following = (1.0 + np.sqrt(1.0 + 4.0 * theta**2)) / 2.0
         w_next = x - operator.adjoint(operator.apply(x) - meant) / curvature
