@@ -22,7 +22,7 @@ layout(binding = 0, rgba32f) writeonly uniform image2D shown;
 layout(binding = 1, rgba32f) uniform image2D stepped;
 layout(binding = 2, rgba32f) uniform image2D ahead;
 layout(binding = 3, rgba32f) writeonly uniform image2D begun;
-layout(binding = 4, rgba16f) writeonly uniform image2D sought;
+layout(binding = 4, rgba16) writeonly uniform image2D sought;
 
 #include "include/quotient.glsl"
 

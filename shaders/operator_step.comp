@@ -1,7 +1,7 @@
 // One step of the bounded solver: down the gradient, ahead with momentum, into the bounds.
 //
 // Reads:  light (the residual P x - t), reached (P'1), curvature (P'P1).
-// Writes: shown (x, the panel image, in [0, 1] after every step), sought (x again, in half floats
+// Writes: shown (x, the panel image, in [0, 1] after every step), sought (x again, in 16 bits
 //         for the next product), stepped (w) and ahead (z, x before it was bounded), each pixel
 //         its own. The alphas of stepped and ahead keep POGM's theta and gamma: over frames each
 //         pixel has a momentum of its own.
@@ -18,7 +18,7 @@ layout(binding = 2) uniform sampler2D curvature;
 layout(binding = 0, rgba32f) writeonly uniform image2D shown;
 layout(binding = 1, rgba32f) uniform image2D stepped;
 layout(binding = 2, rgba32f) uniform image2D ahead;
-layout(binding = 3, rgba16f) writeonly uniform image2D sought;
+layout(binding = 3, rgba16) writeonly uniform image2D sought;
 
 #include "include/viewport.glsl"
 #include "include/table.glsl"

@@ -5,13 +5,15 @@ from __future__ import annotations
 from vrlf.gpu import Device, Texture
 from vrlf.solve.tables import OptimalTables
 
-# What products read and write is a picture of half floats: half the bytes, and 66 dB.
+# A product reads and writes eight bytes a pixel. What it reads is from 0 to 1 and needs 16 bits
+# evenly spread: with half floats, of which the last bit is 5e-4 near 1, a still picture never came
+# to rest (200 frames, matched-microlens: 1.3 % of the codes changed in each, now 0.3 %).
 _KINDS = {
     "stepped": "f4",
     "ahead": "f4",
     "begun": "f4",
     "before": "f4",
-    "sought": "f2",
+    "sought": "nu2",
     "product": "f2",
 }
 
