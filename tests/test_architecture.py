@@ -20,7 +20,7 @@ import pytest
 # rows because `resources` and `files` raise the errors. `vrlf` is the package
 # itself, which hands on what `api` offers.
 FLOORS = (
-    ("errors", "heap", "units"),
+    ("errors", "units"),
     ("resources", "files"),
     ("model", "images"),
     ("optics", "gpu"),

@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 
 from vrlf.errors import InputError
 from vrlf.gpu import Device, Texture
-from vrlf.heap import give_back_freed
 from vrlf.model import Rig
 from vrlf.passes import phases
 from vrlf.renderer import GpuRenderer, Stream
-from vrlf.renderer import stream as stream_module
 from vrlf.renderer.making import Made, Part, at_once, making
 
 Light = NDArray[Any]
@@ -298,33 +296,3 @@ def test_slow_frames_give_more_time_to_what_comes(
             stream.begin()
     # The first frame, one at 100 Hz, one at 5 Hz, a fast one again.
     assert given == pytest.approx([4.0, 4.0, 100.0, 4.0])
-
-
-def test_freed_memory_goes_back_at_each_swap(
-    device: Device, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    given_back: list[int] = []
-    monkeypatch.setattr(stream_module, "give_back_freed", lambda: given_back.append(1))
-    with Stream(device, FIRST, rays=RAYS) as stream:
-        frame(stream, 1)
-        assert not given_back
-        stream.change(OTHER)
-        finish(stream)
-        assert len(given_back) == 1
-
-
-def test_heap_is_handed_back_where_the_library_can(monkeypatch: pytest.MonkeyPatch) -> None:
-    give_back_freed()
-    trimmed: list[int] = []
-
-    class Library:
-        """A C library, with or without what glibc has."""
-
-        def __init__(self, **functions: Any) -> None:
-            self.__dict__.update(functions)
-
-    monkeypatch.setattr("ctypes.CDLL", lambda _: Library(malloc_trim=trimmed.append))
-    give_back_freed()
-    monkeypatch.setattr("ctypes.CDLL", lambda _: Library())
-    give_back_freed()
-    assert trimmed == [0]

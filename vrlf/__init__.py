@@ -8,7 +8,6 @@ touches no GPU library.
 room       what lives there (each imports from those above it only)
 ========== ============================================================
 errors     the one family of errors
-heap       memory handed back to the system
 units      constants with their sources
 resources  where shaders and assets are
 files      whole files or none

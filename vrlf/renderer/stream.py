@@ -22,7 +22,6 @@ from types import TracebackType
 from typing import Any, Self
 
 from vrlf.gpu import Device, Texture
-from vrlf.heap import give_back_freed
 from vrlf.model import Rig
 from vrlf.passes import Forward, ForwardTables, Perceive, PerceiveTables, Sharpen
 from vrlf.renderer.making import Made, Part, Parts, advanced, at_once, making
@@ -161,7 +160,6 @@ class Stream:
             self._making = making
             return
         self._present, self.rig = parts.replacing(self._present), coming
-        give_back_freed()
 
     def show(self) -> None:
         """Compute the panel image for the target."""

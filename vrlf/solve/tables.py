@@ -12,6 +12,7 @@ from vrlf.gpu import Device, Texture
 from vrlf.model import Prefilter, Rig
 from vrlf.passes.operator import OperatorTables
 from vrlf.passes.tabulate import RowBuilder
+from vrlf.solve.heap import give_back_freed
 from vrlf.solve.products import Levels, Products, Which
 
 
@@ -108,3 +109,5 @@ class OptimalTables:
         self.operator.release()
         self.reached.release()
         self.curvature.release()
+        # What making the tables that replace these took and freed, too.
+        give_back_freed()
