@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,13 +35,14 @@ ROWS = Block(
 # Windows that are gathered at once, and read back to be packed: some milliseconds.
 _WINDOW_BYTES = 1 << 23
 # Rays of a row in one dispatch, and rows where the CPU traces them: 64 x 512 rays take a
-# core 5 ms. On an H200 a row's 512 rays take some 6 ms, however many rows.
+# core 5 ms.
 _STRETCH_RAYS = 512
 _SOFTWARE_ROWS = 64
 # Weights below this share of a row are rounding.
 _NEGLIGIBLE = 1e-6
-# Weights below this share of the row's largest are shared out among the others: matched-microlens
-# has 17 entries a row then, not 21, matched-wide 9, not 10, and both lose less than 0.01 dB.
+# Weights below this share of the row's largest, colour by colour, are shared out among the others:
+# matched-microlens has 18 entries a row then, not 21, matched-wide 9, not 10, and both lose less
+# than 0.01 dB.
 _FAINT = 0.01
 _ROWS_GROUP = 64
 
@@ -62,8 +63,7 @@ class _Windows:
         return int(self.size[0] * self.size[1])
 
 
-@dataclass(frozen=True)
-class Stretch:
+class Stretch(NamedTuple):
     """Whole rows, from ``span[0]`` to ``span[1]``, whether anything is in them or not."""
 
     rows: Rows
@@ -188,8 +188,10 @@ def _lit(
     What is too faint to be kept is given to what is: a row keeps its light in each colour.
     """
     rows, area = dense.shape[:2]
-    least = np.maximum(_FAINT * dense.reshape(rows, -1).max(axis=1), negligible)[:, None]
-    is_lit = (dense[..., 0] > least) | (dense[..., 1] > least) | (dense[..., 2] > least)
+    is_lit = np.zeros((rows, area), np.bool_)
+    for colour in range(3):
+        light = dense[..., colour]
+        is_lit |= light > np.maximum(_FAINT * light.max(axis=1), negligible)[:, None]
     place = np.flatnonzero(is_lit)
     kept, row = dense.reshape(-1, 3)[place], place // area
     for colour in range(3):
