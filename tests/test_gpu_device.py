@@ -244,6 +244,17 @@ def test_an_upload_of_the_wrong_size_or_type_is_refused(device: Device, wrong: A
     texture.release()
 
 
+def test_a_buffer_is_filled_a_part_at_a_time(device: Device) -> None:
+    buffer = Buffer.reserved(device, 40, label="parts")
+    buffer.write_part(np.arange(6, 10, dtype=np.int32), 24)
+    buffer.write_part(np.arange(6, dtype=np.int32), 0)
+    np.testing.assert_array_equal(buffer.read(np.int32), np.arange(10))
+    with pytest.raises(ValueError, match="parts: found 8 bytes from 36 on, wanted them within 40"):
+        buffer.write_part(np.zeros(2, np.int32), 36)
+    np.testing.assert_array_equal(buffer.read(np.int32), np.arange(10))
+    buffer.release()
+
+
 def test_an_upload_of_too_few_channels_is_refused(device: Device) -> None:
     texture = Texture.from_array(device, _PIXELS, label="panel image")
     with pytest.raises(Exception, match=r"mismatch|found"):
