@@ -37,12 +37,12 @@ _RAYS_AN_EYE = 1 << 25
 _FEWEST_RAYS, _MOST_RAYS = 512, 8192
 # Makes an offset a positive number of 16 bits.
 _MIDDLE = 1 << 15
-# Entries that are turned about, or put side by side, in a piece of work: 2 to 5 ms.
+# Entries that are turned about in a piece of work: 2 to 5 ms.
 _BAND_ENTRIES = 1 << 14
 
 
 def sampling_of(rig: Rig, lattice: Lattice | None) -> tuple[int, int]:
-    """Phases along each side of a cell, left and right: few enough that a row is what it reads.
+    """Phases along each side of a cell, of the left and the right eye: as few as lose little.
 
     What a lenslet shows moves g / f cells while the crossing moves one; what a hole shows, or
     the edges between lenslets, about one. A bare panel has one phase.

@@ -20,10 +20,11 @@ thesis-minus-5d   0.5 0.4 0.3 0.2     0.4 0.3 0.2 0.1
 thesis-table-8-1  0.3 0.2 0.1 0.0     0.2 0.1 0.1 0.0
 ================= =================== ===================
 
-From 3, 6 and 9 on it is up to 0.2 dB worse; longer steps than the metric's own diverge; a sharper
-start is worth 0.02 dB after six steps. FISTA loses 0.5 to 1 dB at 8 steps against POGM from 1.
-Restart (O'Donoghue & Candes 2015) never came into play within 64 steps. A projected conjugate
-gradient gains another 0.2 dB at 8 steps, at the cost of three sums over the picture a step.
+From 3, 6 and 9 on it is up to 0.2 dB worse (matched-microlens, 8 steps); longer steps than the
+metric's own diverge; a sharper start is worth 0.06 dB after six steps. Against POGM from 1 FISTA
+loses 0.3 to 0.9 dB at 8 steps, and a projected conjugate gradient gains 0.2, at the cost of three
+sums over the picture a step.
+Restart (O'Donoghue & Candes 2015) never came into play within 64 steps.
 """
 
 from __future__ import annotations
@@ -59,10 +60,10 @@ START = Block(
 # fraction of a pixel farther than the pixel's own; this takes it away again, and costs 0.01 dB.
 _LEAST = 0.01
 # Where the start changed by this much (mean square over a pixel's neighbours and colours) half of
-# what the last frame's steps had added is kept. Measured, two steps a frame, dB over cold in
-# a pan of 0.25 px, of 1 px and after a cut: 1e-3 gives 3.1, 1.5, 0.0 (matched-microlens) and
-# 1.1, 0.3, 0.0 (matched-wide); 2e-3 3.2, 1.8, 0.0 and 1.2, 0.4, 0.0; 8e-3 3.3, 2.2, 0.1 and 1.2,
-# 0.5, -0.3. All of it kept whatever changed loses up to 4 dB after a cut.
+# what the last frame's steps had added is kept. Measured (two steps a frame, theta from 1 on), dB
+# over cold in a pan of 0.25 px, of 1 px and after a cut: 1e-3 gives 3.1, 1.5, 0.0
+# (matched-microlens) and 1.1, 0.3, 0.0 (matched-wide); 2e-3 3.2, 1.8, 0.0 and 1.2, 0.4, 0.0; 8e-3
+# 3.3, 2.2, 0.1 and 1.2, 0.5, -0.3. All of it kept whatever changed loses up to 4 dB after a cut.
 _TRUST = 2e-3
 # What is near a pixel: this many to each side.
 _NEAR = 1
