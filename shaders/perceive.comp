@@ -34,6 +34,15 @@ vec3 shown(Retina at, vec2 offset, vec3 weight) {
     return weight * texel(at.pixel + ivec2(offset), at.eye);
 }
 
+// The panel column of the patch's column: the left eye's, the right eye's, what is nobody's.
+int patch_column(int column) {
+    int in_view = (view_px.x - patch_first.x + patch_stride - 1) / patch_stride;
+    if (column >= 2 * in_view) return view_px.x + column - 2 * in_view < second_column
+        ? view_px.x + column - 2 * in_view : panel_px.x;
+    int eye = column / in_view;
+    return first_column(eye) + patch_first.x + patch_stride * (column - eye * in_view);
+}
+
 #if TRACE
 // The batch's first ray, from the pixel's centre: its place in the cell (in the pupil where
 // holes have points; there the ray is that of the hole nearest the pupil's centre), and its
@@ -61,8 +70,9 @@ vec4 landing_of(Retina at) {
 #endif
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
-    if (pixel.x >= panel_px.x || pixel.y >= min(first_row + rows, panel_px.y)) return;
+    ivec2 place = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 pixel = ivec2(patch_column(place.x), patch_first.y + patch_stride * place.y);
+    if (pixel.x >= panel_px.x || place.y >= rows || pixel.y >= panel_px.y) return;
     int eye = eye_of(pixel.x);
     if (eye == NO_EYE) {
         imageStore(seen, pixel, vec4(0.0, 0.0, 0.0, 1.0));
