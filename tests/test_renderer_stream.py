@@ -15,7 +15,7 @@ from vrlf.errors import InputError
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
 from vrlf.passes import phases
-from vrlf.renderer import GpuRenderer, Stream
+from vrlf.renderer import GpuRenderer, Stream, bare_rig
 from vrlf.renderer.making import Made, Part, at_once, making
 
 Light = NDArray[Any]
@@ -296,3 +296,51 @@ def test_slow_frames_give_more_time_to_what_comes(
             stream.begin()
     # The first frame, one at 100 Hz, one at 5 Hz, a fast one again.
     assert given == pytest.approx([4.0, 4.0, 100.0, 4.0])
+
+
+def test_what_is_seen_without_correction(renderer: GpuRenderer, device: Device) -> None:
+    with Stream(device, FIRST, rays=RAYS, uncorrected=True) as stream:
+        for rig in (FIRST, OTHER):
+            stream.change(rig, at_once=True)
+            assert stream.begin() == rig
+            stream.target.write(pass_rigs.picture(rig, 6))
+            stream.look_uncorrected()
+            seen = light_of(stream.seen_uncorrected)
+            renderer.device.make_current()
+            wanted = renderer.perceive(pass_rigs.picture(rig, 6), bare_rig(rig), rays=RAYS)
+            np.testing.assert_array_equal(seen, wanted)
+            device.make_current()
+    with Stream(device, FIRST, rays=RAYS) as stream:
+        stream.begin()
+        with pytest.raises(ValueError, match="uncorrected=True"):
+            stream.look_uncorrected()
+
+
+def test_what_is_wanted_at_once_is_in_the_next_frame(device: Device) -> None:
+    """Whatever was being made is dropped, and leaves nothing behind."""
+    slow = with_method(OTHER, "optimal", iterations=1)
+    with Stream(device, FIRST, rays=RAYS, making_ms=0.0) as stream:
+        before = sorted(device.live_objects)
+        stream.change(slow)
+        assert stream.begin() == FIRST
+        assert stream.is_changing
+        stream.change(OTHER, at_once=True)
+        assert stream.begin() == OTHER
+        assert not stream.is_changing
+        stream.change(FIRST, at_once=True)
+        stream.begin()
+        # The compiled programs of the operator stay.
+        added = [each for each in device.live_objects if each not in before]
+        assert all(each.startswith("pass operator") for each in added)
+
+
+def test_another_number_of_rays(renderer: GpuRenderer, device: Device) -> None:
+    with Stream(device, FIRST, rays=RAYS) as stream:
+        stream.change(FIRST, rays=2 * RAYS)
+        finish(stream)
+        _, panel, seen = frame(stream, seed=4)
+        with pytest.raises(InputError, match="rays"):
+            stream.change(FIRST, rays=0)
+    renderer.device.make_current()
+    wanted = renderer.perceive(panel, FIRST, rays=2 * RAYS)
+    np.testing.assert_array_equal(seen, wanted)

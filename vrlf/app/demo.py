@@ -30,7 +30,7 @@ from vrlf.images import write_encoded
 from vrlf.model import Rig, load_rig, rig_from_tables
 from vrlf.optics.inspect import inspect_rig
 from vrlf.optics.viewport import SIDES, Side, viewport
-from vrlf.renderer import DEFAULT_RAYS, GpuRenderer, Image
+from vrlf.renderer import DEFAULT_RAYS, GpuRenderer, Image, bare_rig
 
 # Shown beside the rig of the demo, on the same eyes and the same scene: another array that
 # serves, and the thesis's own, which gains nothing in a headset.
@@ -198,11 +198,6 @@ def _gain(bare: Image, seen: Image, target: Image, rig: Rig, side: Side) -> Gain
         return None
     # One border for both, the wider: the same pixels are compared.
     return Gain(likeness(bare, target, rig, side), likeness(seen, target, rig, side))
-
-
-def bare_rig(rig: Rig) -> Rig:
-    """The same headset and eyes before the panel without an array."""
-    return rig.model_copy(update={"array": rig.array.model_copy(update={"kind": "none"})})
 
 
 def _write_pictures(folder: Path, chains: list[Chain], renderer: GpuRenderer) -> None:

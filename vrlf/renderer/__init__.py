@@ -7,6 +7,7 @@ steps      ``Renderer``, the protocol; what it takes and gives, and the checks
 gpu        ``GpuRenderer``: picture by picture
 reference  ``ReferenceRenderer``: the twins
 stream     ``Stream``: frame after frame, prescriptions that change while they run
+refining   what is costly, coarse first and finer from frame to frame
 making     tables made a piece at a time
 ========== ======================================================================
 """
@@ -20,6 +21,7 @@ from vrlf.renderer.steps import (
     Exposure,
     Image,
     Renderer,
+    bare_rig,
     check_rays,
     checked_image,
     exposure_factor,
@@ -35,6 +37,7 @@ __all__ = [
     "ReferenceRenderer",
     "Renderer",
     "Stream",
+    "bare_rig",
     "check_rays",
     "checked_image",
     "exposure_factor",

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vrlf.content.pictures import StereoSource
 from vrlf.errors import InputError
 from vrlf.images import resize_area
-from vrlf.model import Prefilter, Rig
+from vrlf.model import Array, Prefilter, Rig
 from vrlf.optics.fitting import Fit, FitMode, fit_picture
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.samples import MAX_POINTS
@@ -103,3 +103,8 @@ def check_rays(rays: int) -> None:
 def operator_key(rig: Rig) -> Rig:
     """What the perception operator depends on: all of a rig but the prefilter's settings."""
     return rig.model_copy(update={"prefilter": Prefilter()})
+
+
+def bare_rig(rig: Rig) -> Rig:
+    """The same headset and eyes before the panel without its array: what is uncorrected."""
+    return rig.model_copy(update={"array": Array(kind="none")})

@@ -6,6 +6,7 @@
             draw(stream.target, rig)
             stream.show()             # target -> panel
             stream.look()             # panel -> seen, if rays were asked for
+            stream.look_uncorrected() # target -> seen without correction, if that was asked for
 
 A new prescription (``change``) is made a piece at a time at the frames' beginnings and takes
 over, whole, at the beginning of the frame after its last piece: no frame waits for it, and
@@ -18,14 +19,16 @@ import time
 from collections.abc import Generator, Iterator
 from contextlib import ExitStack
 from functools import partial
+from math import inf
 from types import TracebackType
 from typing import Any, Self
 
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
 from vrlf.passes import Forward, ForwardTables, Perceive, PerceiveTables, Sharpen
+from vrlf.passes.perceive import WHOLE, Patch
 from vrlf.renderer.making import Made, Part, Parts, advanced, at_once, making
-from vrlf.renderer.steps import Exposure, check_rays, exposure_factor, operator_key
+from vrlf.renderer.steps import Exposure, bare_rig, check_rays, exposure_factor, operator_key
 from vrlf.solve import Memory, Optimal, OptimalTables
 from vrlf.solve.wiener import sharpen_pieces
 
@@ -47,6 +50,8 @@ class Stream:
         The first prescription; its tables are made at once.
     rays : int, optional
         For each retinal pixel; without them ``look`` is refused and costs nothing.
+    uncorrected : bool
+        Whether ``look_uncorrected`` will be asked for.
     making_ms : float, optional
         Time that a frame gives to the making of another prescription's tables; a piece of
         work that has begun is finished. Without it 4 ms, or half of a frame's own time where
@@ -59,11 +64,13 @@ class Stream:
         rig: Rig,
         *,
         rays: int | None = None,
+        uncorrected: bool = False,
         making_ms: float | None = None,
     ) -> None:
         if rays is not None:
             check_rays(rays)
         self.device, self._rays, self._making_ms = device, rays, making_ms
+        self._uncorrected, self._is_hurried = uncorrected, False
         self._owned = ExitStack()
         self._present: dict[str, Made] = {}
         self._making: Generator[None, None, Parts] | None = None
@@ -109,18 +116,36 @@ class Stream:
         return self._texture("perceived image")
 
     @property
+    def seen_uncorrected(self) -> Texture:
+        """What both eyes saw in the last ``look_uncorrected``."""
+        return self._texture("uncorrected image")
+
+    @property
     def is_changing(self) -> bool:
         """Whether another prescription is wanted that no frame belongs to yet."""
         return self._making is not None or self._wanted is not None
 
-    def change(self, rig: Rig) -> None:
+    def change(self, rig: Rig, *, rays: int | None = None, at_once: bool = False) -> None:
         """Want another prescription, headset or panel.
 
         One that is being made already is finished and shown first, so that a key held down is
         followed and not put off; of several wants the last one counts.
+
+        Parameters
+        ----------
+        rig : Rig
+        rays : int, optional
+            Another number of rays from then on.
+        at_once : bool
+            Drop what is being made; the next frame waits until this is there.
         """
         self.device.require_texture_size(rig.panel.width_px, rig.panel.height_px, "panel")
-        self._wanted = rig
+        if rays is not None:
+            check_rays(rays)
+            self._rays = rays
+        self._wanted, self._is_hurried = rig, at_once
+        if at_once:
+            self._drop_making()
 
     def begin(self) -> Rig:
         """Begin a frame: work on what comes, or swap it in; the rig that the frame belongs to.
@@ -134,7 +159,8 @@ class Stream:
         if self._making is None and self._wanted is not None:
             self._coming, self._wanted = self._wanted, None
             self._making = making(self._parts(self._coming), self._present)
-        budget_ms = self._budget_ms()
+        budget_ms = inf if self._is_hurried else self._budget_ms()
+        self._is_hurried = False
         if self._making is not None:
             self._advance(budget_ms)
         # Counted from here, the next interval is the frame's own, without what it gave away.
@@ -181,13 +207,22 @@ class Stream:
         elif not self._shows_target:
             self._forward.run(tables, self._wanted_light, self.panel)
 
-    def look(self, exposure: Exposure = "auto") -> None:
+    def look(self, exposure: Exposure = "auto", patch: Patch = WHOLE) -> None:
         """Compute what both eyes see of the panel image."""
         factor = exposure_factor(self.rig, exposure)
         tables = self._present["rays"].item
         if tables is None:
             raise ValueError("stream: found a look without rays, wanted Stream(..., rays=N)")
-        self._perceive.run(tables, self.panel, self.seen, exposure=factor)
+        self._perceive.run(tables, self.panel, self.seen, exposure=factor, patch=patch)
+
+    def look_uncorrected(self, patch: Patch = WHOLE) -> None:
+        """Compute what both eyes see of the target itself on a panel without an array."""
+        tables = self._present["bare rays"].item
+        if tables is None:
+            raise ValueError(
+                "stream: found no rays without an array, wanted Stream(..., uncorrected=True)"
+            )
+        self._perceive.run(tables, self.target, self.seen_uncorrected, patch=patch)
 
     @property
     def _wanted_light(self) -> Texture:
@@ -209,14 +244,23 @@ class Stream:
         device, size = self.device, (rig.panel.width_px, rig.panel.height_px)
         yield self._prefilter_part(rig)
         yield from self._sharpening_parts(rig)
-        if self._rays is None:
-            yield Part("rays", None, at_once(lambda: None))
-        else:
-            rays = self._rays
-            key = (operator_key(rig), rays)
-            yield Part("rays", key, at_once(lambda: PerceiveTables(device, rig, rays)))
+        yield self._rays_part("rays", rig)
+        yield self._rays_part("bare rays", bare_rig(rig) if self._uncorrected else None)
         for name in ("target", "panel image", "perceived image"):
             yield Part(name, size, at_once(partial(Texture, device, size, label=name)))
+        if self._uncorrected:
+            name = "uncorrected image"
+            yield Part(name, size, at_once(partial(Texture, device, size, label=name)))
+
+    def _rays_part(self, name: str, rig: Rig | None) -> Part:
+        rays = self._rays
+        if rig is None or rays is None:
+            return Part(name, None, at_once(lambda: None))
+        return Part(
+            name,
+            (operator_key(rig), rays),
+            at_once(partial(PerceiveTables, self.device, rig, rays)),
+        )
 
     def _prefilter_part(self, rig: Rig) -> Part:
         method = rig.prefilter.method
@@ -249,11 +293,14 @@ class Stream:
         texture = partial(Texture, device, size, label="sharpened target")
         yield Part("sharpened target", size, at_once(texture))
 
-    def release(self) -> None:
-        """Give everything back but the device; the second call does nothing."""
+    def _drop_making(self) -> None:
         if self._making is not None:
             self._making.close()
             self._making = None
+
+    def release(self) -> None:
+        """Give everything back but the device; the second call does nothing."""
+        self._drop_making()
         for each in self._present.values():
             if each.item is not None:
                 each.item.release()

@@ -21,7 +21,7 @@ from vrlf.evaluation.measure import Likeness, likeness
 from vrlf.model import Rig, rig_from_tables
 from vrlf.optics.viewport import SIDES
 from vrlf.reference.converged import Matrices, converged, converging_matrices, require_small
-from vrlf.renderer import GpuRenderer, Image, check_rays
+from vrlf.renderer import GpuRenderer, Image, bare_rig, check_rays
 
 ITERATIONS: Final = (1, 2, 4, 8, 16, 32)
 # Finer than what the optimal prefilter's own tables are made with.
@@ -200,8 +200,7 @@ def _panels(
     matrices: Matrices | None,
 ) -> Iterator[tuple[str, int | None, Rig, Image]]:
     """Method, iterations, the rig to look through and the panel image, for all methods."""
-    bare = rig.model_copy(update={"array": rig.array.model_copy(update={"kind": "none"})})
-    yield "none", None, bare, target
+    yield "none", None, bare_rig(rig), target
     if rig.array.kind != "none":
         yield "forward", None, rig, renderer.prefilter(target, with_method(rig, "forward"))
     sharpened = with_method(rig, "forward", wiener=True)
