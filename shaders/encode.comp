@@ -2,7 +2,7 @@
 //
 // Reads:  light (linear), thresholds[k]: the least value that is shown as k + 1.
 // Writes: code (8-bit unsigned).
-// Twin:   vrlf/reference/encode.py, where the thresholds come from too.
+// Twin:   vrlf/reference/encode.py.
 
 #include "block/Encode"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
@@ -10,7 +10,7 @@ layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
 layout(binding = 0) uniform sampler2D light;
 layout(binding = 0, rgba8ui) writeonly uniform uimage2D code;
 
-layout(std430, binding = 0) readonly buffer Thresholds { float thresholds[]; };
+#include "include/srgb_codes.glsl"
 
 // O'Neill 2014, PCG-RXS-M-XS: a hash of well-mixed bits.
 uint pcg(uint v) {
@@ -23,16 +23,6 @@ uint pcg(uint v) {
 float noise_of(ivec2 pixel, int channel) {
     uint hash = pcg(uint(pixel.x) + pcg(uint(pixel.y) + pcg(uint(channel))));
     return float(hash >> 8u) / 16777216.0;
-}
-
-// Binary search among the 255 thresholds.
-uint quantised(float value) {
-    uint low = 0u;
-    for (uint step_size = 128u; step_size > 0u; step_size >>= 1u) {
-        uint next = low + step_size;
-        if (next <= 255u && value >= thresholds[next - 1u]) low = next;
-    }
-    return low;
 }
 
 // Dither: between codes k and k + 1 the nearer one, in linear light, is the likelier.
@@ -53,8 +43,7 @@ void main() {
     vec3 value = texelFetch(light, pixel, 0).rgb;
     uvec4 result = uvec4(0u, 0u, 0u, 255u);
     for (int c = 0; c < 3; c++) {
-        // A value that is no number is shown dark: never a flash in a headset.
-        float v = isnan(value[c]) ? 0.0 : clamp(value[c], 0.0, 1.0);
+        float v = shown_level(value[c]);
         result[c] = dither != 0 ? dithered(v, noise_of(pixel, c)) : quantised(v);
     }
     imageStore(code, pixel, result);

@@ -16,6 +16,7 @@ tabulate   ``RowBuilder``: the operator's rows, traced a piece at a time
 phases     rows of the operator by phase: how fine, turned about, packed
 pixels     rows of single pixels, behind perpendicular walls
 encode     ``Encode``: linear light to 8-bit sRGB
+show       ``Show``: pictures as a window shows them
 ========== =====================================================================
 
 A pass is split in two: the class owns the programs, and its *tables* own what follows from

@@ -25,7 +25,7 @@ class Encode:
     def __init__(self, device: Device) -> None:
         self._device = device
         self._program = ComputePass(device, "encode.comp", ENCODE)
-        self._thresholds = Buffer(device, _table(), label="sRGB thresholds")
+        self._thresholds = Buffer(device, threshold_table(), label="sRGB thresholds")
 
     def run(self, light: Texture, code: Texture, *, dither: bool = False) -> None:
         """Write the codes of ``light`` (rgba32f) into ``code`` (four 8-bit integers)."""
@@ -42,8 +42,11 @@ class Encode:
         self._thresholds.release()
 
 
-def _table() -> NDArray[np.float32]:
-    """255 thresholds, one place unused, then the 256 values that the codes stand for."""
+def threshold_table() -> NDArray[np.float32]:
+    """255 thresholds, one place unused, then the 256 values that the codes stand for.
+
+    For ``shaders/include/srgb_codes.glsl``.
+    """
     values = srgb_decode(np.arange(CODES) / (CODES - 1.0))
     return np.concatenate([rounding_thresholds(), [2.0], values]).astype(np.float32)
 
