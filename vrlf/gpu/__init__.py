@@ -23,7 +23,7 @@ from vrlf.gpu.compute import GROUP_PX, ComputePass, ComputeVariants
 from vrlf.gpu.device import Device, DeviceInfo
 from vrlf.gpu.draw import Canvas, DrawPass, Mesh
 from vrlf.gpu.memory import Buffer, Texture
-from vrlf.gpu.timing import GpuTimer
+from vrlf.gpu.timing import FrameTimers, GpuTimer
 
 __all__ = [
     "GROUP_PX",
@@ -36,6 +36,7 @@ __all__ = [
     "DeviceInfo",
     "DrawPass",
     "Field",
+    "FrameTimers",
     "GpuTimer",
     "Mesh",
     "Struct",
