@@ -1,0 +1,264 @@
+"""From a session to what the window shows, frame by frame; only what has changed is computed."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from vrlf.app.preview.layout import Placed, needed
+from vrlf.app.preview.pacing import Effort
+from vrlf.errors import VrlfError
+from vrlf.gpu import Device, FrameTimers, Texture
+from vrlf.model import Rig
+from vrlf.optics.tile import Tile
+from vrlf.optics.viewport import viewport
+from vrlf.passes.show import Show, Shown
+from vrlf.renderer import Stream
+from vrlf.renderer.live import Live
+from vrlf.renderer.refining import Refining
+from vrlf.renderer.steps import operator_key
+from vrlf.scene import HeadPose
+
+# What a frame on software GL gives to the solver and to looking, so that a key is answered
+# within a quarter of a second.
+_SOLVING_MS, _LOOKING_MS = 60.0, 40.0
+# A still picture is solved further in the frames that follow, until so many were shown.
+_SETTLING_FRAMES = 24
+_LEAST_RAYS = 8
+LOOKS = ("perceived", "uncorrected")
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a frame's target depends on, beside the rig."""
+
+    time_s: float = 0.0
+    head: HeadPose = field(default_factory=HeadPose)
+
+
+class Frames:
+    """Owns all that stands between a rig and the window's pixels.
+
+    Parameters
+    ----------
+    device : Device
+    rig : Rig
+        Shown first; ``want`` another one.
+    live : Live
+        What is shown; stays its owner's.
+    rays : int
+        For each retinal pixel.
+    """
+
+    def __init__(self, device: Device, rig: Rig, live: Live, *, rays: int) -> None:
+        self._device, self._live, self._rays = device, live, rays
+        self._effort = Effort()
+        self._given = rig
+        self._wanted = first = self._streamed(rig)
+        self._canvas: Texture | None = None
+        self._drawn: Any = None
+        self._panel_of: Rig | None = None
+        self._settled = 0
+        self._failure: VrlfError | None = None
+        self._looks = {name: Refining() for name in LOOKS}
+        self._owned = ExitStack()
+        try:
+            self.timers = FrameTimers(device)
+            self.stream: Stream = self._own(
+                Stream(device, _quick(first), rays=rays, uncorrected=True)
+            )
+            self._show: Show = self._own(Show(device))
+        except BaseException:
+            self.release()
+            raise
+
+    def _own(self, item: Any) -> Any:
+        self._owned.callback(item.release)
+        return item
+
+    @property
+    def is_software(self) -> bool:
+        """Whether the CPU does the drawing, and costly pictures come in pieces."""
+        return self._device.info.is_software
+
+    @property
+    def rig(self) -> Rig:
+        """What the last frame belonged to; its steps may be fewer than were asked for."""
+        return self.stream.rig
+
+    @property
+    def is_standing_in(self) -> bool:
+        """Whether ``forward`` is shown until what was asked for is made."""
+        return self.stream.rig.prefilter.method != self._wanted.prefilter.method
+
+    @property
+    def canvas(self) -> Texture:
+        """What the window shows (kind f1, row 0 the lowest)."""
+        assert self._canvas is not None
+        return self._canvas
+
+    def stride_of(self, name: str) -> int:
+        """The stride at which a perceived picture is whole: 1 when all of it is there."""
+        return self._looks[name].stride
+
+    def take_failure(self) -> VrlfError | None:
+        """Why the last rig could not be made, once."""
+        failure, self._failure = self._failure, None
+        return failure
+
+    def show_instead(self, live: Live) -> None:
+        """Another target from the next frame on."""
+        self._live, self._drawn = live, None
+
+    def ease(self, effort: Effort) -> None:
+        """Rays and steps for a share of the cost from now on."""
+        if effort != self._effort:
+            self._effort = effort
+            self._change(self._given, rays=effort.of(self._rays, _LEAST_RAYS))
+
+    def want(self, rig: Rig) -> None:
+        """Show this rig from the next frame on.
+
+        The tables of ``optimal`` take longer than a frame: until they are there ``forward``
+        stands in for it, with the same prescription.
+        """
+        if rig != self._given:
+            self._change(rig)
+
+    def _change(self, rig: Rig, rays: int | None = None) -> None:
+        self._given, self._wanted = rig, self._streamed(rig)
+        there = self.stream.rig
+        has_tables = there.prefilter.method == "optimal" and (
+            operator_key(there) == operator_key(self._wanted)
+        )
+        first = self._wanted if has_tables else _quick(self._wanted)
+        self.stream.change(first, rays=rays, at_once=True)
+
+    def _streamed(self, rig: Rig) -> Rig:
+        """The rig with as many steps, or as much time for them, as a frame has."""
+        given = rig.prefilter
+        change: dict[str, Any] = {"iterations": self._effort.of(given.iterations)}
+        if self.is_software:
+            change["budget_ms"] = min(given.budget_ms or _SOLVING_MS, _SOLVING_MS)
+        return rig.model_copy(update={"prefilter": given.model_copy(update=change)})
+
+    def draw(self, tiles: tuple[Placed, ...], window_px: tuple[int, int], moment: Moment) -> bool:
+        """Compute a frame into ``canvas``; whether the next one would differ by itself."""
+        rig = self._begun()
+        wanted = needed(tiles)
+        with self.timers.measure("target"):
+            is_new = self._target(rig, moment)
+        with self.timers.measure("prefilter"):
+            self._panel(rig, is_new)
+        with self.timers.measure("perceive"):
+            for name in sorted(wanted & self._looks.keys()):
+                self._look(name)
+        with self.timers.measure("show"):
+            self.put(tiles, window_px)
+        self.timers.end_frame()
+        is_coarse = any(not self._looks[name].is_done for name in wanted & self._looks.keys())
+        return self.stream.is_changing or is_coarse or self._is_settling(rig)
+
+    def _begun(self) -> Rig:
+        """The frame's rig; once a stand-in is there, what it stands in for is wanted."""
+        try:
+            rig = self.stream.begin()
+        except VrlfError as error:
+            # What cannot be made is wanted no more; what was there stays.
+            self._failure, self._wanted = error, self.stream.rig
+            rig = self.stream.begin()
+        if rig != self._wanted and not self.stream.is_changing:
+            self.stream.change(self._wanted)
+        return rig
+
+    def _target(self, rig: Rig, moment: Moment) -> bool:
+        """Draw the target if it is another one; whether it is."""
+        # A prescription alone changes nothing of what is meant to be seen.
+        given = (rig.panel, rig.headset, rig.array, None if self._live.is_still else moment)
+        if given == self._drawn:
+            return False
+        self._live.draw(self.stream.target, rig, time_s=moment.time_s, head=moment.head)
+        self._drawn = given
+        return True
+
+    def _panel(self, rig: Rig, is_new_target: bool) -> None:
+        """Prefilter what is new; solve on where a still picture can still gain."""
+        if not is_new_target and rig == self._panel_of:
+            if not self._is_settling(rig):
+                return
+            self._settled += 1
+        else:
+            self._settled = 0
+        self.stream.show()
+        self._panel_of = rig
+        view = viewport(rig, "left")
+        for look in self._looks.values():
+            look.restart((view.width_px, view.height_px))
+
+    def _is_settling(self, rig: Rig) -> bool:
+        return rig.prefilter.method == "optimal" and self._settled < _SETTLING_FRAMES
+
+    def _look(self, name: str) -> None:
+        compute = self.stream.look if name == "perceived" else self.stream.look_uncorrected
+        look = self._looks[name]
+        if look.is_done:
+            return
+        run = partial(_with_patch, compute)
+        if self.is_software:
+            look.advance(run, _LOOKING_MS)
+        else:
+            look.whole(run)
+
+    def put(
+        self, tiles: tuple[Placed, ...], window_px: tuple[int, int], *, fade: float = 0.0
+    ) -> None:
+        """Show the pictures as they are in ``canvas``, faded to grey if that is asked for."""
+        if self._canvas is None or self._canvas.size_px != window_px:
+            self._drop_canvas()
+            self._canvas = Texture(self._device, window_px, kind="f1", label="window")
+        rig, panel = self.stream.rig, (0, 0, 0, 0)
+        background = Tile((0, 0, *window_px), panel, (0.0, 0.0), 1.0)
+        if len(tiles) != 1:
+            self._show.run(rig, background, self._shown("target"), self._canvas, fade=fade)
+        for each in tiles:
+            self._show.run(
+                rig,
+                each.tile,
+                self._shown(each.first),
+                self._canvas,
+                second=self._shown(each.second) if each.second else None,
+                divider_px=each.divider_px,
+                subpixels=each.has_subpixels,
+                fade=fade,
+            )
+
+    def _shown(self, name: str) -> Shown:
+        """A picture as far as it is there."""
+        if name in self._looks:
+            light = self.stream.seen if name == "perceived" else self.stream.seen_uncorrected
+            return Shown(light, max(self._looks[name].stride, 1))
+        return Shown(self.stream.panel if name == "panel" else self.stream.target)
+
+    def _drop_canvas(self) -> None:
+        if self._canvas is not None:
+            self._canvas.release()
+            self._canvas = None
+
+    def release(self) -> None:
+        """Give everything back but device and live; the second call does nothing."""
+        self._drop_canvas()
+        self._owned.close()
+
+
+def _quick(rig: Rig) -> Rig:
+    """The rig with a prefilter whose tables are there at once."""
+    if rig.prefilter.method != "optimal":
+        return rig
+    forward = rig.prefilter.model_copy(update={"method": "forward"})
+    return rig.model_copy(update={"prefilter": forward})
+
+
+def _with_patch(compute: Any, patch: Any) -> None:
+    compute(patch=patch)
