@@ -10,6 +10,7 @@ sources      shader sources: includes, defines, honest line numbers
 compute      ``ComputePass``: a compute program and its uniform block; its variants
 draw         ``DrawPass``, ``Mesh`` and ``Canvas``: what the scene is drawn with
 timing       GPU timer queries
+screen       the window's own framebuffer
 window       ``Window``: a window whose context a device can use
 ============ =====================================================================
 

@@ -113,18 +113,6 @@ class Texture:
         """A framebuffer that draws into this texture; its maker releases it."""
         return self._device.context.framebuffer([self._texture], depth)
 
-    def copy_to_screen(self) -> None:
-        """Copy it onto the window of the context; kind ``f1``, the window's size."""
-        context = self._device.context
-        frame = context.framebuffer([self._texture])
-        screen = context.detect_framebuffer(0)
-        try:
-            # One that was detected knows the size of the window as it was at first.
-            context.mglo.copy_framebuffer(screen.mglo, frame.mglo)
-        finally:
-            frame.release()
-        self._device.check(f"showing {self._label}")
-
     @property
     def handle(self) -> int:
         """OpenGL's own number, for a window that shows it."""

@@ -12,7 +12,6 @@ import glfw
 
 from vrlf.errors import DeviceError
 from vrlf.gpu.device import REQUIRED_GL, Device
-from vrlf.gpu.memory import Texture
 
 Box = tuple[int, int, int, int]
 
@@ -136,14 +135,17 @@ class Window:
             glfw.poll_events()
 
     def on_key(self, call: Callable[[int, int, int], None]) -> None:
-        """Have ``call(key, mods, action)`` called for each key."""
-        glfw.set_key_callback(
-            self._handle, lambda _window, key, _code, action, mods: call(key, mods, action)
-        )
+        """Have ``call(key, scancode, mods)`` called for each key that goes down or repeats."""
 
-    def show(self, canvas: Texture) -> None:
-        """Copy a picture of the window's size onto it, pixel for pixel; row 0 is the lowest."""
-        canvas.copy_to_screen()
+        def pressed(_window: Any, key: int, code: int, action: int, mods: int) -> None:
+            if action != glfw.RELEASE:
+                call(key, code, mods)
+
+        glfw.set_key_callback(self._handle, pressed)
+
+    def is_down(self, key: int) -> bool:
+        """Whether one of glfw's keys is held."""
+        return bool(glfw.get_key(self._handle, key) == glfw.PRESS)
 
     def present(self) -> None:
         """Bring what was drawn onto the screen, at the screen's own pace."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
-from vrlf.gpu import Block, Buffer, ComputePass, Device, Field, Texture
+from vrlf.gpu import Block, Buffer, ComputeVariants, Device, Field, Texture
 from vrlf.model import Rig
 from vrlf.optics.tile import BACKGROUND_CODE, GREY_CODE, LINE_CODE, Tile
 from vrlf.passes.encode import threshold_table
@@ -26,9 +27,7 @@ SHOW = Block(
         Field("float", "px_per_window_px", "picture pixels per window pixel"),
         Field("float", "fade", "0 the picture, 1 grey"),
         Field("ivec2", "strides", "pixels from one that is computed to the next, of each picture"),
-        Field("int", "difference", "1 to show how far the pictures are apart"),
         Field("int", "divider", "window column from which on the second picture is shown"),
-        Field("int", "subpixels", "1 to show where in a pixel each colour is emitted"),
     ),
 )
 _NO_DIVIDER = 1 << 30
@@ -43,7 +42,8 @@ class Shown:
     ----------
     light : Texture
     stride : int
-        Of the grid of pixels, in each viewport, that are there; the others take the nearest.
+        Of the grid of pixels, in each viewport, that are there, a power of two; the others take
+        the nearest.
     """
 
     light: Texture
@@ -51,11 +51,11 @@ class Shown:
 
 
 class Show:
-    """Owns the program and its table of thresholds."""
+    """Owns the programs, one for each way to show that was met, and the table of thresholds."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._program = ComputePass(device, "show.comp", SHOW, defines=_CODES)
+        self._programs = ComputeVariants(device, "show.comp", SHOW)
         self._thresholds = Buffer(device, threshold_table(), label="sRGB thresholds")
 
     def run(
@@ -87,7 +87,20 @@ class Show:
         other.light.bind_sampler(1)
         canvas.bind_image(0, read=False, write=True)
         self._thresholds.bind(0)
-        self._program.set(
+        is_whole = max(first.stride, other.stride) == 1
+        # What is coarse anyway is not averaged where it is shrunk.
+        taps = ceil(tile.scale) + 1 if tile.scale > 1.0 and is_whole else 1
+        pictures = 1 if second is None else 2 if divider_px is not None else 3
+        program = self._programs.get(
+            {
+                **_CODES,
+                "PICTURES": pictures,
+                "TAPS": taps,
+                "GRIDS": int(not is_whole),
+                "SUBPIXELS": int(subpixels),
+            }
+        )
+        program.set(
             {
                 **viewport_values(rig),
                 **subpixel_values(rig),
@@ -97,15 +110,13 @@ class Show:
                 "px_per_window_px": tile.scale,
                 "fade": fade,
                 "strides": (first.stride, other.stride),
-                "difference": int(second is not None and divider_px is None),
                 "divider": _NO_DIVIDER if divider_px is None else divider_px,
-                "subpixels": int(subpixels),
             }
         )
-        self._program.run(tile.window_px[2], tile.window_px[3])
+        program.run(tile.window_px[2], tile.window_px[3])
         self._device.check("showing")
 
     def release(self) -> None:
         """Give program and table back."""
-        self._program.release()
+        self._programs.release()
         self._thresholds.release()

@@ -30,6 +30,8 @@ def show_tile(
     See ``vrlf.passes.show.Show.run``; ``first`` and ``second`` have the panel's size, and are
     filled in where they are not whole yet (``on_grid``).
     """
+    first = _level(first)
+    second = None if second is None else _level(second)
     if second is not None and divider_px is None:
         first, second = np.abs(first - second), None
     codes = np.full((tile.window_px[3], tile.window_px[2], 3), BACKGROUND_CODE, np.uint8)
@@ -46,6 +48,11 @@ def show_tile(
             if divider_px is not None and abs(window_column - divider_px) <= 1:
                 codes[row, column] = LINE_CODE
     return np.floor(codes + fade * (GREY_CODE - codes.astype(np.float64)) + 0.5).astype(np.uint8)
+
+
+def _level(light: Float) -> Float:
+    """As far as a panel can show it; what is no number is dark."""
+    return np.clip(np.nan_to_num(light, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
 
 
 def on_grid(rig: Rig, picture: Float, stride: int) -> Float:

@@ -58,9 +58,13 @@ class Frames:
         self._given = rig
         self._wanted = first = self._streamed(rig)
         self._canvas: Texture | None = None
+        self._back: Texture | None = None
         self._drawn: Any = None
         self._panel_of: Rig | None = None
         self._settled = 0
+        # Counts what was computed; what was shown of it last is not shown again.
+        self._version = 0
+        self._put: Any = None
         self._failure: VrlfError | None = None
         self._looks = {name: Refining() for name in LOOKS}
         self._owned = ExitStack()
@@ -144,7 +148,14 @@ class Frames:
             change["budget_ms"] = min(given.budget_ms or _SOLVING_MS, _SOLVING_MS)
         return rig.model_copy(update={"prefilter": given.model_copy(update=change)})
 
-    def draw(self, tiles: tuple[Placed, ...], window_px: tuple[int, int], moment: Moment) -> bool:
+    def draw(
+        self,
+        tiles: tuple[Placed, ...],
+        window_px: tuple[int, int],
+        moment: Moment,
+        *,
+        fade: float = 0.0,
+    ) -> bool:
         """Compute a frame into ``canvas``; whether the next one would differ by itself."""
         rig = self._begun()
         wanted = needed(tiles)
@@ -153,10 +164,12 @@ class Frames:
         with self.timers.measure("prefilter"):
             self._panel(rig, is_new)
         with self.timers.measure("perceive"):
-            for name in sorted(wanted & self._looks.keys()):
-                self._look(name)
-        with self.timers.measure("show"):
-            self.put(tiles, window_px)
+            self._look(sorted(wanted & self._looks.keys()))
+        shown = (tiles, window_px, fade, self._version)
+        if shown != self._put:
+            with self.timers.measure("show"):
+                self.put(tiles, window_px, fade=fade)
+            self._put = shown
         self.timers.end_frame()
         is_coarse = any(not self._looks[name].is_done for name in wanted & self._looks.keys())
         return self.stream.is_changing or is_coarse or self._is_settling(rig)
@@ -181,6 +194,7 @@ class Frames:
             return False
         self._live.draw(self.stream.target, rig, time_s=moment.time_s, head=moment.head)
         self._drawn = given
+        self._version += 1
         return True
 
     def _panel(self, rig: Rig, is_new_target: bool) -> None:
@@ -192,6 +206,7 @@ class Frames:
         else:
             self._settled = 0
         self.stream.show()
+        self._version += 1
         self._panel_of = rig
         view = viewport(rig, "left")
         for look in self._looks.values():
@@ -200,39 +215,46 @@ class Frames:
     def _is_settling(self, rig: Rig) -> bool:
         return rig.prefilter.method == "optimal" and self._settled < _SETTLING_FRAMES
 
-    def _look(self, name: str) -> None:
-        compute = self.stream.look if name == "perceived" else self.stream.look_uncorrected
-        look = self._looks[name]
-        if look.is_done:
-            return
-        run = partial(_with_patch, compute)
-        if self.is_software:
-            look.advance(run, _LOOKING_MS)
-        else:
-            look.whole(run)
+    def _look(self, names: list[str]) -> None:
+        """Look at what is wanted: whole on a GPU, else for a while; anew only the coarsest."""
+        coming = [name for name in names if not self._looks[name].is_done]
+        is_new = any(self._looks[name].stride == 0 for name in coming)
+        for name in coming:
+            compute = self.stream.look if name == "perceived" else self.stream.look_uncorrected
+            run = partial(_with_patch, compute)
+            self._version += 1
+            if not self.is_software:
+                self._looks[name].whole(run)
+            else:
+                budget_ms = 0.0 if is_new else _LOOKING_MS / len(coming)
+                self._looks[name].advance(run, budget_ms)
 
     def put(
         self, tiles: tuple[Placed, ...], window_px: tuple[int, int], *, fade: float = 0.0
     ) -> None:
         """Show the pictures as they are in ``canvas``, faded to grey if that is asked for."""
-        if self._canvas is None or self._canvas.size_px != window_px:
-            self._drop_canvas()
-            self._canvas = Texture(self._device, window_px, kind="f1", label="window")
+        canvas = self._back
+        if canvas is None or canvas.size_px != window_px:
+            _release(canvas)
+            self._back = None
+            self._back = canvas = Texture(self._device, window_px, kind="f1", label="window")
         rig, panel = self.stream.rig, (0, 0, 0, 0)
         background = Tile((0, 0, *window_px), panel, (0.0, 0.0), 1.0)
         if len(tiles) != 1:
-            self._show.run(rig, background, self._shown("target"), self._canvas, fade=fade)
+            self._show.run(rig, background, self._shown("target"), canvas, fade=fade)
         for each in tiles:
             self._show.run(
                 rig,
                 each.tile,
                 self._shown(each.first),
-                self._canvas,
+                canvas,
                 second=self._shown(each.second) if each.second else None,
                 divider_px=each.divider_px,
                 subpixels=each.has_subpixels,
                 fade=fade,
             )
+        # The last whole picture stays until the next one is whole.
+        self._canvas, self._back = canvas, self._canvas
 
     def _shown(self, name: str) -> Shown:
         """A picture as far as it is there."""
@@ -241,14 +263,11 @@ class Frames:
             return Shown(light, max(self._looks[name].stride, 1))
         return Shown(self.stream.panel if name == "panel" else self.stream.target)
 
-    def _drop_canvas(self) -> None:
-        if self._canvas is not None:
-            self._canvas.release()
-            self._canvas = None
-
     def release(self) -> None:
         """Give everything back but device and live; the second call does nothing."""
-        self._drop_canvas()
+        for canvas in (self._canvas, self._back):
+            _release(canvas)
+        self._canvas = self._back = None
         self._owned.close()
 
 
@@ -262,3 +281,8 @@ def _quick(rig: Rig) -> Rig:
 
 def _with_patch(compute: Any, patch: Any) -> None:
     compute(patch=patch)
+
+
+def _release(canvas: Texture | None) -> None:
+    if canvas is not None:
+        canvas.release()

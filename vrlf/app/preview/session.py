@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from math import cos, radians, sin
 from typing import Any, Literal
 
 from vrlf.app.preview.keys import Press
@@ -49,7 +50,6 @@ ARRAYS = ("microlens", "pinhole", "none")
 BARRIERS = ("none", "perpendicular", "converging")
 ZOOMS = (0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0)
 _MOST_UNDO = 1000
-WALK_M = 0.1
 
 
 @dataclass(frozen=True)
@@ -323,3 +323,24 @@ def looked(session: Session, right_deg: float, up_deg: float) -> Session:
     pitch = min(max(head.pitch_deg + up_deg, -90.0), 90.0)
     yaw = (head.yaw_deg + right_deg + 180.0) % 360.0 - 180.0
     return replace(session, head=replace(head, yaw_deg=yaw, pitch_deg=pitch))
+
+
+_WALK_M_A_S = 1.2
+# Along the head's own right and ahead, level: nobody walks into the ground.
+_STEPS_OF = {
+    "walk_ahead": (0.0, 1.0),
+    "walk_back": (0.0, -1.0),
+    "walk_left": (-1.0, 0.0),
+    "walk_right": (1.0, 0.0),
+}
+
+
+def walked(session: Session, held: Iterable[str], seconds: float) -> Session:
+    """The head after walking for a while, at a walker's pace, the way it looks."""
+    yaw = radians(session.head.yaw_deg)
+    x, y, z = session.head.position_m
+    for action in held:
+        right, ahead = (_WALK_M_A_S * min(seconds, 0.1) * part for part in _STEPS_OF[action])
+        x += right * cos(yaw) + ahead * sin(yaw)
+        z += right * sin(yaw) - ahead * cos(yaw)
+    return replace(session, head=replace(session.head, position_m=(x, y, z)))
