@@ -65,6 +65,21 @@ def load_rig(
     return rig_from_tables(tables, source=name)
 
 
+def load_rig_text(text: str, path: Path) -> Rig:
+    """A rig from the text of a file that lies, or will lie, at ``path``.
+
+    Raises
+    ------
+    RigError
+        As `load_rig`.
+    """
+    chain = [*_chain(path, text.removeprefix("\ufeff"))]
+    tables: dict[str, Any] = {}
+    for _, layer in reversed(chain):
+        tables = merged(tables, layer)
+    return rig_from_tables(tables, source=" extends ".join(_label(each) for each, _ in chain))
+
+
 def rig_from_tables(tables: Mapping[str, Any], *, source: str = "rig") -> Rig:
     """Validate nested tables, as TOML yields them, into a rig.
 
@@ -88,12 +103,16 @@ def _located(source: str | Path, folder: Path) -> Path:
     return folder / source
 
 
-def _chain(path: Path) -> list[tuple[Path, dict[str, Any]]]:
-    """The file and those it extends, outermost first, each with its own tables."""
+def _chain(path: Path, text: str | None = None) -> list[tuple[Path, dict[str, Any]]]:
+    """The file and those it extends, outermost first, each with its own tables.
+
+    ``text`` stands for what the first file holds.
+    """
     chain: list[tuple[Path, dict[str, Any]]] = []
     seen: set[str] = set()
     while True:
-        tables = _tables(path)
+        tables = _tables(path, text)
+        text = None
         seen.add(os.path.realpath(path))
         base = tables.pop("extends", None)
         chain.append((path, tables))
@@ -119,9 +138,10 @@ def _extends_error(path: Path, base: Any, wanted: str) -> RigError:
     return RigError(_label(path), [f"extends: found {shown(base)}, wanted {wanted}"])
 
 
-def _tables(path: Path) -> dict[str, Any]:
-    """The tables of one TOML file."""
-    text = _text(path)
+def _tables(path: Path, text: str | None = None) -> dict[str, Any]:
+    """The tables of one TOML file, or of the text that stands for it."""
+    if text is None:
+        text = _text(path)
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
