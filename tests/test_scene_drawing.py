@@ -10,15 +10,15 @@ import pytest
 from numpy.typing import NDArray
 
 from vrlf.errors import InputError
-from vrlf.gpu import Device
+from vrlf.gpu import Device, Texture
 from vrlf.model import Rig, load_rig
 from vrlf.optics.bench import bench_of
 from vrlf.optics.viewport import SIDES, Side, panel_points_mm, pitch_mm, viewport
 from vrlf.scene import HeadPose, Scene, luminance, render_stereo, spectrum_slope
-from vrlf.scene.drawing import MOST_SAMPLES, canvas_size
 from vrlf.scene.foliage import LEAF
 from vrlf.scene.garden import Garden
 from vrlf.scene.solids import Material, merge, quad
+from vrlf.scene.stereo import MOST_SAMPLES, canvas_size
 
 Light = NDArray[Any]
 Mask = NDArray[np.bool_]
@@ -50,11 +50,28 @@ def scene_of(*rectangles: tuple[float, ...]) -> Garden:
 
 def drawn(device: Device, rig: Rig, side: Side, garden: Garden | None = None, **how: Any) -> Light:
     """A view as an array."""
-    scene = Scene(device, rig, garden=garden)
+    scene = Scene(device, garden=garden)
     try:
-        return np.asarray(scene.render(side, **how).read()[..., :3])
+        return seen_by(scene, device, rig, side, **how)
     finally:
         scene.release()
+
+
+def seen_by(scene: Scene, device: Device, rig: Rig, side: Side, **how: Any) -> Light:
+    """An eye's viewport of what a scene draws."""
+    size = (rig.panel.width_px, rig.panel.height_px)
+    target = Texture(device, size, label="target")
+    target.write(np.full((*size[::-1], 4), 9.0, np.float32))
+    try:
+        scene.draw(target, rig, **how)
+        light = np.asarray(target.read()[..., :3])
+    finally:
+        target.release()
+    assert light.max() <= 1.0, "a pixel was not written"
+    half = size[0] // 2
+    assert not light[:, half : size[0] - half].any(), "nobody's column is dark"
+    view = viewport(rig, side)
+    return np.ascontiguousarray(light[:, view.first_column : view.first_column + view.width_px])
 
 
 def covered(device: Device, rig: Rig, side: Side, **how: Any) -> Mask:
@@ -178,11 +195,11 @@ def small() -> Rig:
 
 
 def test_the_same_moment_is_the_same_bytes_and_another_is_not(device: Device, small: Rig) -> None:
-    scene = Scene(device, small)
+    scene = Scene(device)
     try:
-        first = scene.render("left", time_s=2.5).read()
-        later = scene.render("left", time_s=3.0).read()
-        again = scene.render("left", time_s=2.5).read()
+        first = seen_by(scene, device, small, "left", time_s=2.5)
+        later = seen_by(scene, device, small, "left", time_s=3.0)
+        again = seen_by(scene, device, small, "left", time_s=2.5)
     finally:
         scene.release()
     assert np.array_equal(first, again)
@@ -203,9 +220,10 @@ def test_a_few_pixels_are_the_mean_of_many(device: Device, eyes: Any, small: Rig
 
 def test_a_scene_gives_everything_back(device: Device, small: Rig) -> None:
     before = device.live_objects
-    scene = Scene(device, small)
+    scene = Scene(device)
+    seen_by(scene, device, small, "right")
     listed = " ".join(set(device.live_objects) - set(before))
-    assert all(name in listed for name in ("scene/leaf", "scene/sky", "surfaces", "print", "view"))
+    assert all(name in listed for name in ("scene/leaf", "scene/sky", "surfaces", "print", "depth"))
     scene.release()
     scene.release()
     assert device.live_objects == before
@@ -231,10 +249,30 @@ def test_a_canvas_for_distortion_is_as_dense_in_the_middle() -> None:
     assert bent[1] > 1.02 * plain[1]
 
 
-def test_a_viewport_beyond_the_gpu_is_refused(
+def test_a_target_beyond_the_gpu_is_refused(
     device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(device, "info", replace(device.info, max_texture_px=3200))
     rig = load_rig("bare", overrides=["panel.width_px=8000", "panel.height_px=30"])
-    with pytest.raises(InputError, match="view: found 4000x30 pixels, wanted at most 3200"):
-        Scene(device, rig)
+    with pytest.raises(InputError, match="target: found 8000x30 pixels, wanted at most 3200"):
+        render_stereo(device, rig)
+
+
+def test_another_rig_and_fewer_samples_from_frame_to_frame(device: Device, small: Rig) -> None:
+    """An odd width too; the same scene draws what one made for the rig does."""
+    odd = load_rig(
+        "bare", overrides=["panel.width_px=97", "panel.height_px=50", "panel.pixel_pitch_um=780"]
+    )
+    scene = Scene(device)
+    try:
+        for rig in (small, odd, small):
+            for side in ("left", "right"):
+                np.testing.assert_array_equal(
+                    seen_by(scene, device, rig, side), drawn(device, rig, side)
+                )
+        fine = seen_by(scene, device, odd, "right")
+        scene.canvas.samples = 1
+        coarse = seen_by(scene, device, odd, "right")
+    finally:
+        scene.release()
+    assert 0.0 < np.mean(np.abs(fine - coarse)) < 0.1

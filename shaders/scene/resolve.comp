@@ -1,14 +1,15 @@
 // The finished view of an eye: the mean over each pixel's samples, at the slopes it is seen at.
 //
 // Reads:  canvas (linear; row 0 is the lowest), drawn over the seen frustum.
-// Writes: view (linear, 0 to 1, row 0 at the top).
+// Writes: target, the eye's viewport of it (linear, 0 to 1, row 0 at the top), and behind the left
+//         eye's the column that is nobody's.
 // Twin:   resolved_by_hand in tests/test_scene_drawing.py.
 
 #include "block/Resolve"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
 
 layout(binding = 0) uniform sampler2D canvas;
-layout(binding = 0, rgba32f) writeonly uniform image2D view;
+layout(binding = 0, rgba32f) writeonly uniform image2D target;
 
 // Brown 1966, radial terms: the lens shows panel slope r at r (1 + k1 r^2 + k2 r^4).
 vec2 as_seen(vec2 slope) {
@@ -25,7 +26,11 @@ vec3 sample_at(vec2 in_view) {
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (pixel.x >= view_px.x || pixel.y >= view_px.y) return;
+    if (pixel.x >= view_px.x + nobodys || pixel.y >= view_px.y) return;
+    if (pixel.x >= view_px.x) {
+        imageStore(target, pixel, vec4(0.0, 0.0, 0.0, 1.0));
+        return;
+    }
     vec3 total = vec3(0.0);
     for (int row = 0; row < samples; row++) {
         for (int column = 0; column < samples; column++) {
@@ -35,5 +40,5 @@ void main() {
     }
     vec3 mean = exposure * total / float(samples * samples);
     mean = mix(mean, vec3(0.0), isnan(mean));
-    imageStore(view, pixel, vec4(clamp(mean, 0.0, 1.0), 1.0));
+    imageStore(target, pixel + ivec2(first_column, 0), vec4(clamp(mean, 0.0, 1.0), 1.0));
 }

@@ -24,7 +24,6 @@ from vrlf.app.sources import (
     as_target,
     require_picture_size,
     target_of,
-    viewport_size,
 )
 from vrlf.content.charts import draw_chart
 from vrlf.errors import InputError
@@ -33,6 +32,7 @@ from vrlf.images import check_picture_target, read_picture, write_encoded, write
 from vrlf.model import Rig
 from vrlf.optics.viewport import SIDES
 from vrlf.renderer import DEFAULT_RAYS, GpuRenderer, Image, Renderer
+from vrlf.renderer.live import viewport_size
 
 _LAYOUTS = ["auto", "mono", "side-by-side", "half-side-by-side", "over-under", "half-over-under"]
 _LOSSY = (".jpg", ".jpeg")

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from vrlf.app.options import say
-from vrlf.content.charts import CHART_NAMES, draw_chart
+from vrlf.content.charts import CHART_NAMES
 from vrlf.content.pictures import StereoSource, join_viewports, load_stereo
 from vrlf.errors import InputError
 from vrlf.files import shown
+from vrlf.gpu import Device
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
 from vrlf.optics.fitting import FitMode
-from vrlf.optics.viewport import SIDES, pitch_mm, viewport
 from vrlf.renderer import GpuRenderer, Image, Renderer
+from vrlf.renderer.live import Chart, Garden, Live, Picture, chart_light
 from vrlf.scene import render_stereo
 
 SCENE = "scene"
@@ -50,11 +50,28 @@ def target_of(source: str, rig: Rig, renderer: Renderer, options: SourceOptions)
         if source == SCENE:
             return scene_target(rig, renderer)
         if source.startswith(CHART_PREFIX):
-            return chart_target(source.removeprefix(CHART_PREFIX), rig)
+            return chart_light(source.removeprefix(CHART_PREFIX), rig)
         if source in CHART_NAMES:
             raise InputError(
                 f"{shown(source)}: found no such file, wanted one; the chart is chart:{source}"
             )
+    return renderer.target(_picture(source, rig, options), rig, options.fit)
+
+
+def open_live(source: str, rig: Rig, device: Device, options: SourceOptions) -> Live:
+    """The same, to be shown frame after frame."""
+    if not _is_there(source):
+        if source == SCENE:
+            return Garden(device)
+        if source.startswith(CHART_PREFIX):
+            name = source.removeprefix(CHART_PREFIX)
+            chart_light(name, rig)  # an unknown name is said now
+            return Chart(name)
+    return Picture(device, _picture(source, rig, options), options.fit)
+
+
+def _picture(source: str, rig: Rig, options: SourceOptions) -> StereoSource:
+    """A picture from a file; says what it was taken for."""
     picture = load_stereo(
         source,
         panel_size=(rig.panel.width_px, rig.panel.height_px),
@@ -66,7 +83,7 @@ def target_of(source: str, rig: Rig, renderer: Renderer, options: SourceOptions)
     how = "pixel for pixel" if picture.panel is not None else f"{picture.layout}, {options.fit}"
     say(f"{shown(source)}: taken as {how}")
     _say_clipped(source, picture)
-    return renderer.target(picture, rig, options.fit)
+    return picture
 
 
 def _is_there(path: str) -> bool:
@@ -104,23 +121,6 @@ def scene_target(rig: Rig, renderer: Renderer) -> Image:
         with GpuRenderer() as own:
             eyes = render_stereo(own.device, rig)
     return as_target(eyes[0], eyes[1], rig)
-
-
-def chart_target(name: str, rig: Rig) -> Image:
-    """A chart in both viewports."""
-    eyes = [draw_chart(name, **viewport_size(rig, side), eye=side).image for side in SIDES]
-    return as_target(eyes[0], eyes[1], rig)
-
-
-def viewport_size(rig: Rig, side: Any) -> dict[str, Any]:
-    """What a chart must know of a viewport."""
-    view = viewport(rig, side)
-    ppd = bench_of(rig).panel_per_slope_mm * np.pi / 180.0 / pitch_mm(rig)
-    return {
-        "width_px": view.width_px,
-        "height_px": view.height_px,
-        "pixels_per_degree": float(ppd),
-    }
 
 
 def as_target(left: Image, right: Image, rig: Rig) -> Image:

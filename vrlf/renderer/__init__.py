@@ -7,6 +7,7 @@ steps      ``Renderer``, the protocol; what it takes and gives, and the checks
 gpu        ``GpuRenderer``: picture by picture
 reference  ``ReferenceRenderer``: the twins
 stream     ``Stream``: frame after frame, prescriptions that change while they run
+live       what can be shown frame after frame: pictures, charts, scenes, films
 refining   what is costly, coarse first and finer from frame to frame
 making     tables made a piece at a time
 ========== ======================================================================

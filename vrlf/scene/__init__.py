@@ -9,6 +9,7 @@ pages      the sheets of the scene and what is printed on them
 solids     surfaces with a material
 foliage    leaves, grass and petals
 garden     where everything stands
+stereo     from what was drawn for an eye to its viewport of the target
 drawing    ``Scene`` and ``render_stereo``
 spectrum   how the amplitude of a picture falls with frequency
 ========== =====================================================================

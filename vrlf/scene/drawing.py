@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from math import ceil, sqrt
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vrlf.gpu import Block, Canvas, ComputePass, Device, DrawPass, Field, Mesh, Texture
+from vrlf.gpu import Block, Device, DrawPass, Field, Mesh, Texture
 from vrlf.model import Rig
 from vrlf.optics.viewport import SIDES, Side, viewport
 from vrlf.scene.camera import (
     AT_REST,
-    Frustum,
     HeadPose,
     clip_from_world,
     eye_position_m,
     head_axes,
-    panel_frustum,
     seen_frustum,
 )
 from vrlf.scene.foliage import blade
 from vrlf.scene.garden import CROWNS, TO_SUN, Garden, plant_garden
 from vrlf.scene.glyphs import TEXEL_M, summed_area
 from vrlf.scene.pages import printed
+from vrlf.scene.stereo import SAMPLES, StereoCanvas, bounds
 
 SCENE = Block(
     "Scene",
@@ -43,32 +42,16 @@ SCENE = Block(
         Field("float", "time_s", "moves leaves and clouds"),
     ),
 )
-RESOLVE = Block(
-    "Resolve",
-    (
-        Field("ivec2", "view_px", "width and height of the view"),
-        Field("int", "samples", "a side, within each pixel"),
-        Field("float", "exposure", "panel drive of unit light"),
-        Field("vec4", "panel_slopes", "left, bottom, right, top of the viewport"),
-        Field("vec4", "seen_slopes", "the same of what the canvas shows"),
-        Field("vec2", "distortion", "k1, k2 of the lens"),
-    ),
-)
-
-SAMPLES = 3  # a side: leaves and strokes of print are thinner than pixels
-MOST_SAMPLES = 48_000_000  # a view: 600 MB of canvas
 # So that at most one pixel in a hundred reaches the panel's full drive.
 EXPOSURE = 0.74
 
 
 class Scene:
-    """Owns all that draws the shipped scene for a rig; kept for as many frames as wanted.
+    """Owns all that draws the shipped scene; kept for as many frames as wanted.
 
     Parameters
     ----------
     device : Device
-    rig : Rig
-        Its viewports, bench and distortion say what each eye sees.
     samples : int
         Samples a pixel, along each side; fewer where the GPU's textures end.
     garden : Garden, optional
@@ -76,17 +59,18 @@ class Scene:
     """
 
     def __init__(
-        self, device: Device, rig: Rig, *, samples: int = SAMPLES, garden: Garden | None = None
+        self, device: Device, *, samples: int = SAMPLES, garden: Garden | None = None
     ) -> None:
-        self._device, self._rig = device, rig
+        self._device = device
         self._owned: list[Any] = []
         try:
-            self._load(samples, garden or plant_garden())
+            self._load(garden or plant_garden())
+            self.canvas: StereoCanvas = self._own(StereoCanvas(device, samples))
         except Exception:
             self.release()
             raise
 
-    def _load(self, samples: int, garden: Garden) -> None:
+    def _load(self, garden: Garden) -> None:
         device = self._device
         table, mean = summed_area(printed())
         defines: dict[str, int | float | str] = {
@@ -99,7 +83,6 @@ class Scene:
             own(DrawPass(device, f"scene/{n}.vert", f"scene/{n}.frag", SCENE, defines=defines))
             for n in ("sky", "surface", "leaf")
         )
-        self._resolve = own(ComputePass(device, "scene/resolve.comp", RESOLVE))
         self._print: Texture = own(Texture.from_array(device, table, label="print"))
         self._surfaces = own(Mesh(device, *garden.surfaces, label="surfaces"))
         # Far leaves are a few pixels long: two segments show all of their shape.
@@ -108,40 +91,32 @@ class Scene:
             for segments, leaves in ((6, garden.near_leaves), (2, garden.far_leaves))
             if len(leaves)
         ]
-        self._samples, size_px = canvas_size(self._rig, device.info.max_texture_px, samples)
-        self._canvas = own(Canvas(device, size_px, label="scene"))
-        view = viewport(self._rig, "left")
-        self._view: Texture = own(Texture(device, (view.width_px, view.height_px), label="view"))
 
     def _own(self, part: Any) -> Any:
         self._owned.append(part)
         return part
 
-    def render(self, side: Side, *, time_s: float = 0.0, head: HeadPose = AT_REST) -> Texture:
-        """Draw what an eye sees.
+    def draw(
+        self, target: Texture, rig: Rig, *, time_s: float = 0.0, head: HeadPose = AT_REST
+    ) -> None:
+        """Draw what both eyes see into all of ``target`` (rgba32f, the panel's size).
 
-        Returns
-        -------
-        Texture
-            rgba32f of the viewport's size, linear light, row 0 at the top. It belongs to the
-            scene, and the next call draws into it again.
+        Linear light, row 0 at the top. The rig's viewports, bench and distortion say what each
+        eye sees; it may be another one each time.
         """
-        values = _scene_values(self._rig, side, time_s, head)
-        self._canvas.begin()
-        self._print.bind_sampler(0)
-        for program in (self._sky, self._surface, self._leaf):
-            program.set(values)
-        # Near things first: what is hidden is then never shaded.
-        self._surface.draw(self._surfaces)
-        for leaves in self._leaves:
-            self._leaf.draw(leaves)
-        self._sky.draw_screen()
-        self._canvas.colour.bind_sampler(0)
-        self._view.bind_image(0, read=False, write=True)
-        self._resolve.set(_resolve_values(self._rig, side, self._view.size_px, self._samples))
-        self._resolve.run(*self._view.size_px)
+        for side in SIDES:
+            values = _scene_values(rig, side, time_s, head)
+            self.canvas.begin(rig)
+            self._print.bind_sampler(0)
+            for program in (self._sky, self._surface, self._leaf):
+                program.set(values)
+            # Near things first: what is hidden is then never shaded.
+            self._surface.draw(self._surfaces)
+            for leaves in self._leaves:
+                self._leaf.draw(leaves)
+            self._sky.draw_screen()
+            self.canvas.resolve(rig, side, target, EXPOSURE)
         self._device.check("drawing the scene")
-        return self._view
 
     def release(self) -> None:
         """Give all of it back; the second call does nothing."""
@@ -167,50 +142,19 @@ def render_stereo(
     left, right : ndarray of float32, shape (viewport height, viewport width, 3)
         Linear light in 0 to 1, row 0 at the top.
     """
-    scene = Scene(device, rig)
-    try:
-        left, right = (
-            np.ascontiguousarray(scene.render(side, time_s=time_s, head=head).read()[..., :3])
-            for side in SIDES
-        )
-        return left.astype(np.float32), right.astype(np.float32)
-    finally:
-        scene.release()
-
-
-def canvas_size(rig: Rig, max_texture_px: int, samples: int) -> tuple[int, tuple[int, int]]:
-    """Samples a side that fit the GPU, and the canvas that holds both eyes' views.
-
-    A lens that shows more than the panel's own slopes has a larger canvas, as dense as the
-    panel is at its middle.
-
-    Returns
-    -------
-    samples : int
-        From 1 to what was asked for.
-    size_px : (width, height)
-        At most ``max_texture_px``, at the cost of density.
-    """
-    view = viewport(rig, "left")
-    ratios = [(1.0, 1.0)]
-    for side in SIDES:
-        plain, seen = panel_frustum(rig, side).size, seen_frustum(rig, side).size
-        ratios.append((seen[0] / plain[0], seen[1] / plain[1]))
-    wide = view.width_px * max(across for across, _ in ratios)
-    high = view.height_px * max(along for _, along in ratios)
-    limit = max_texture_px / max(wide, high)
-    fitting = max(1, min(samples, int(min(limit, sqrt(MOST_SAMPLES / (wide * high))))))
-    scale = min(float(fitting), limit)
-    return fitting, (_whole(scale * wide), _whole(scale * high))
-
-
-def _whole(length: float) -> int:
-    """Up to a whole pixel, but not for what a float32 ratio adds to one."""
-    return max(1, ceil(length - 1e-6))
-
-
-def _bounds(frustum: Frustum) -> tuple[float, float, float, float]:
-    return frustum.left, frustum.bottom, frustum.right, frustum.top
+    size = (rig.panel.width_px, rig.panel.height_px)
+    with ExitStack() as owned:
+        target = Texture(device, size, label="target")
+        owned.callback(target.release)
+        scene = Scene(device)
+        owned.callback(scene.release)
+        scene.draw(target, rig, time_s=time_s, head=head)
+        light = target.read()[..., :3].astype(np.float32)
+    left, right = (
+        np.ascontiguousarray(light[:, view.first_column : view.first_column + view.width_px])
+        for view in (viewport(rig, side) for side in SIDES)
+    )
+    return left, right
 
 
 def _scene_values(rig: Rig, side: Side, time_s: float, head: HeadPose) -> dict[str, Any]:
@@ -222,20 +166,9 @@ def _scene_values(rig: Rig, side: Side, time_s: float, head: HeadPose) -> dict[s
         "head_right": right,
         "head_up": up,
         "head_back": back,
-        "slopes": _bounds(seen_frustum(rig, side)),
+        "slopes": bounds(seen_frustum(rig, side)),
         "to_sun": (*sun, 0.0),
         "crowns": [(*crown.centre_m, crown.density) for crown in CROWNS],
         "crown_radii": [(*crown.radii_m, 0.0) for crown in CROWNS],
         "time_s": time_s,
-    }
-
-
-def _resolve_values(rig: Rig, side: Side, view_px: tuple[int, int], samples: int) -> dict[str, Any]:
-    return {
-        "view_px": view_px,
-        "samples": samples,
-        "exposure": EXPOSURE,
-        "panel_slopes": _bounds(panel_frustum(rig, side)),
-        "seen_slopes": _bounds(seen_frustum(rig, side)),
-        "distortion": rig.headset.distortion or (0.0, 0.0),
     }
