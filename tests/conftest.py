@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import shutil
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from virtual_screen import SERVER, Screen
 
 from vrlf.gpu import Device
 
@@ -58,3 +61,30 @@ def _gpu_litter_guard(request: pytest.FixtureRequest) -> Iterator[None]:
     device.make_current()
     assert device.live_objects == before, "the test left these on the GPU"
     device.check("ending a test")
+
+
+@pytest.fixture(scope="module")
+def screen(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Screen]:
+    """A virtual screen of our own."""
+    if shutil.which("Xvfb") is None:
+        pytest.skip("Xvfb is not installed (make test installs it)")
+    folder = tmp_path_factory.mktemp("screen")
+    read_end, write_end = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(write_end), *SERVER, "-fbdir", str(folder)],
+        pass_fds=[write_end],
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(write_end)
+    with os.fdopen(read_end) as number:
+        name = number.readline().strip()
+    assert name, "Xvfb said no display number"
+    yield Screen(f":{name}", folder / "Xvfb_screen0", server)
+    server.terminate()
+    server.wait(10)
+
+
+@pytest.fixture(scope="module")
+def display(screen: Screen) -> str:
+    """Its name."""
+    return screen.display

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 
 import pytest
 
@@ -32,26 +30,6 @@ with contextlib.ExitStack() as stack:
 print(hashlib.sha256(seen.tobytes()).hexdigest())
 """
 _WINDOWED = 'stack.enter_context(Window((64, 48), "test", visible=VISIBLE)).device()'
-
-
-@pytest.fixture(scope="module")
-def display() -> Iterator[str]:
-    """A virtual screen of our own."""
-    if shutil.which("Xvfb") is None:
-        pytest.skip("Xvfb is not installed (make test installs it)")
-    read_end, write_end = os.pipe()
-    server = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(write_end), "-screen", "0", "320x240x24", "-nolisten", "tcp"],
-        pass_fds=[write_end],
-        stderr=subprocess.DEVNULL,
-    )
-    os.close(write_end)
-    with os.fdopen(read_end) as number:
-        name = number.readline().strip()
-    assert name, "Xvfb said no display number"
-    yield f":{name}"
-    server.terminate()
-    server.wait(10)
 
 
 def _run(program: str, **environment: str) -> subprocess.CompletedProcess[str]:

@@ -15,6 +15,7 @@ from vrlf.app.demo import demo
 from vrlf.app.facts import doctor, inspect, rigs
 from vrlf.app.options import say
 from vrlf.app.pictures import chart, perceive, prefilter
+from vrlf.app.previewing import preview
 from vrlf.errors import VrlfError
 
 _DEBUG = "VRLF_DEBUG"
@@ -29,6 +30,7 @@ _DEBUG = "VRLF_DEBUG"
       vrlf doctor                                          does this GPU serve?
       vrlf inspect --left "-5.00 / -1.25 x 170" --right "-4.50"
       vrlf demo -o demo-out                                the whole chain in pictures
+      vrlf preview                                         the same live, by keyboard
     \b
     A picture of your own, through your own eyes:
       vrlf prefilter photo.jpg --both "-4.50" -o panel.png
@@ -54,7 +56,7 @@ def vrlf(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _command in (demo, prefilter, perceive, inspect, doctor, rigs, chart, bench):
+for _command in (demo, prefilter, perceive, preview, inspect, doctor, rigs, chart, bench):
     vrlf.add_command(_command)
 
 

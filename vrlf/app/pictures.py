@@ -22,7 +22,9 @@ from vrlf.app.options import (
 from vrlf.app.sources import (
     SourceOptions,
     as_target,
+    encoding_option,
     require_picture_size,
+    source_options,
     target_of,
 )
 from vrlf.content.charts import draw_chart
@@ -34,7 +36,6 @@ from vrlf.optics.viewport import SIDES
 from vrlf.renderer import DEFAULT_RAYS, GpuRenderer, Image, Renderer
 from vrlf.renderer.live import viewport_size
 
-_LAYOUTS = ["auto", "mono", "side-by-side", "half-side-by-side", "over-under", "half-over-under"]
 _LOSSY = (".jpg", ".jpeg")
 _DEEP = (".png", ".tif", ".tiff", ".exr")
 
@@ -44,13 +45,6 @@ output_option = click.option(
     required=True,
     metavar="FILE",
     help="Where it is written: sRGB in .png .tif .jpg .webp .bmp, linear floats in .exr.",
-)
-encoding_option = click.option(
-    "--encoding",
-    type=click.Choice(["auto", "srgb", "linear"]),
-    default="auto",
-    show_default=True,
-    help="What the file's numbers mean. auto: EXR, HDR and floats are linear, the rest is sRGB.",
 )
 bits_option = click.option(
     "--bits",
@@ -101,30 +95,7 @@ def write_result(path: str, light: Image, renderer: Renderer, *, bits: str, dith
 @click.argument("source")
 @rig_options
 @output_option
-@click.option(
-    "--layout",
-    type=click.Choice(_LAYOUTS),
-    default="auto",
-    show_default=True,
-    help="How a stereo picture lies in its file; half-...: each eye's is squeezed to half its "
-    "width or height. auto goes by size, name (_sbs, _hsbs, _lr, _ou, _tb, _hou, _htb, .jps) and "
-    "shape: wider than 2.4 to 1 is side-by-side, all else mono.",
-)
-@click.option("--cross-eyed", is_flag=True, help="The right eye's picture comes first.")
-@click.option(
-    "--right-source",
-    metavar="FILE",
-    help="A picture of its own for the right eye; SOURCE is then the left eye's.",
-)
-@click.option(
-    "--fit",
-    type=click.Choice(["contain", "cover", "axis"]),
-    default="contain",
-    show_default=True,
-    help="contain shows all of the picture; cover fills all of the eye's view and cuts the rest; "
-    "axis shows all of it straight ahead, about the lens's axis, which is easier to fuse.",
-)
-@encoding_option
+@source_options
 @click.option(
     "--target",
     "target_file",

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 
-from vrlf.app.options import say
+from vrlf.app.options import Command, say
 from vrlf.content.charts import CHART_NAMES
 from vrlf.content.pictures import StereoSource, join_viewports, load_stereo
 from vrlf.errors import InputError
@@ -25,6 +26,51 @@ CHART_PREFIX = "chart:"
 # What a picture file here can have at most, so that it can be written and read again.
 _MOST_SIDE_PX = 16384
 _MOST_PX = 2**29 // 3
+
+
+_LAYOUTS = ["auto", "mono", "side-by-side", "half-side-by-side", "over-under", "half-over-under"]
+encoding_option = click.option(
+    "--encoding",
+    type=click.Choice(["auto", "srgb", "linear"]),
+    default="auto",
+    show_default=True,
+    help="What the file's numbers mean. auto: EXR, HDR and floats are linear, the rest is sRGB.",
+)
+
+
+def source_options(command: Command) -> Command:
+    """How a picture is to be taken; ``SourceOptions`` holds what was said."""
+    for option in reversed(
+        (
+            click.option(
+                "--layout",
+                type=click.Choice(_LAYOUTS),
+                default="auto",
+                show_default=True,
+                help="How a stereo picture lies in its file; half-...: each eye's is squeezed to "
+                "half its width or height. auto goes by size, name (_sbs, _hsbs, _lr, _ou, _tb, "
+                "_hou, _htb, .jps) and shape: wider than 2.4 to 1 is side-by-side, all else mono.",
+            ),
+            click.option("--cross-eyed", is_flag=True, help="The right eye's picture comes first."),
+            click.option(
+                "--right-source",
+                metavar="FILE",
+                help="A picture of its own for the right eye; SOURCE is then the left eye's.",
+            ),
+            click.option(
+                "--fit",
+                type=click.Choice(["contain", "cover", "axis"]),
+                default="contain",
+                show_default=True,
+                help="contain shows all of the picture; cover fills all of the eye's view and cuts "
+                "the rest; axis shows all of it straight ahead, about the lens's axis, which is "
+                "easier to fuse.",
+            ),
+            encoding_option,
+        )
+    ):
+        command = option(command)
+    return command
 
 
 @dataclass(frozen=True)
@@ -84,6 +130,11 @@ def _picture(source: str, rig: Rig, options: SourceOptions) -> StereoSource:
     say(f"{shown(source)}: taken as {how}")
     _say_clipped(source, picture)
     return picture
+
+
+def is_chart(source: str) -> bool:
+    """Whether it names a chart."""
+    return source.startswith(CHART_PREFIX)
 
 
 def _is_there(path: str) -> bool:

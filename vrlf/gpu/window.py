@@ -34,6 +34,8 @@ class Window:
     title : str
     visible : bool
         False makes one that only lends its context.
+    place_px : (x, y), optional
+        On the desktop; the system chooses without it.
 
     Raises
     ------
@@ -41,7 +43,14 @@ class Window:
         Without a display, or where no OpenGL 4.3 context can be had for a window.
     """
 
-    def __init__(self, size_px: tuple[int, int], title: str, *, visible: bool = True) -> None:
+    def __init__(
+        self,
+        size_px: tuple[int, int],
+        title: str,
+        *,
+        visible: bool = True,
+        place_px: tuple[int, int] | None = None,
+    ) -> None:
         self._handle: Any = None
         self._windowed: Box | None = None
         with warnings.catch_warnings(record=True) as said:
@@ -56,6 +65,8 @@ class Window:
                 "set DISPLAY, or work without a window (vrlf prefilter, vrlf perceive)"
             )
         glfw.make_context_current(self._handle)
+        if place_px is not None and _is_on_a_screen(place_px):
+            glfw.set_window_pos(self._handle, *place_px)
 
     def device(self) -> Device:
         """The window's context as a device; the window keeps it alive."""
@@ -184,6 +195,15 @@ def monitors() -> tuple[Monitor, ...]:
         box = (int(x), int(y), int(mode.size[0]), int(mode.size[1]))
         found.append(Monitor(name, box, float(mode.refresh_rate)))
     return tuple(found)
+
+
+def _is_on_a_screen(place_px: tuple[int, int]) -> bool:
+    """Whether a window there can be seen: monitors come and go."""
+    for monitor in monitors():
+        x, y, width, height = monitor.box_px
+        if x <= place_px[0] < x + width and y <= place_px[1] < y + height:
+            return True
+    return False
 
 
 def _create(size_px: tuple[int, int], title: str, *, visible: bool) -> Any:

@@ -7,10 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vrlf.errors import DeviceError, VrlfError
+from vrlf.gpu import Device, Texture
+from vrlf.gpu.screen import show_on_screen
 from vrlf.optics.tile import GREY_CODE
 
 # From a picture to grey or back: more than the 200 ms under which a change is a flash.
 FADING_S = 0.4
+# Of the way at once, however long a frame took: never a jump.
+_MOST_AT_ONCE = 0.1
+_LOST_AFTER = 3  # faults of the GPU in a row
 
 
 class Fade:
@@ -20,11 +26,80 @@ class Fade:
         self.level = 0.0
 
     def step(self, seconds: float, *, is_faulty: bool) -> float:
-        """Go on toward grey, or back; at most a tenth of the way at once, however long a
-        frame took."""
-        share = min(max(seconds, 0.0) / FADING_S, 0.1)
+        """Go on toward grey, or back to the picture."""
+        share = min(max(seconds, 0.0) / FADING_S, _MOST_AT_ONCE)
         self.level = min(max(self.level + (share if is_faulty else -share), 0.0), 1.0)
         return self.level
+
+
+class Guard:
+    """Stands between faults and the window.
+
+    Attributes
+    ----------
+    fade : Fade
+    fault : str or None
+        What is wrong now.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._held: NDArray[np.uint8] | None = None
+        self._in_a_row = 0
+        self.fade = Fade()
+        self.fault: str | None = None
+
+    def passed(self) -> bool:
+        """A frame went well; whether one before it did not."""
+        was_faulty = self.fault is not None
+        self.fault, self._held, self._in_a_row = None, None, 0
+        return was_faulty
+
+    def caught(self, error: Exception, canvas: Texture | None) -> str | None:
+        """Take a frame's fault and hold what ``canvas`` shows; the fault in words if it is new.
+
+        Raises
+        ------
+        DeviceError
+            If the GPU is lost: nothing will be drawn again.
+        """
+        self._in_a_row += 1
+        text = str(error) if isinstance(error, VrlfError) else f"{type(error).__name__}: {error}"
+        is_new, self.fault = text != self.fault, text
+        if self._held is None and canvas is not None:
+            self._held = _read(canvas)
+        if self._in_a_row >= _LOST_AFTER and self._is_lost():
+            raise DeviceError(f"GPU: found its context lost ({text}), wanted it to stay") from error
+        return text if is_new else None
+
+    def show(self, size_px: tuple[int, int], passed_s: float) -> bool:
+        """The last good picture on its way to grey; whether there is some way left."""
+        level = self.fade.step(passed_s, is_faulty=True)
+        held = self._held
+        if held is None or held.shape[1::-1] != size_px:
+            held, level = np.zeros((size_px[1], size_px[0], 4), np.uint8), 1.0
+        canvas = Texture(self._device, size_px, kind="f1", label="held picture")
+        try:
+            canvas.write(faded(held, level))
+            show_on_screen(self._device, canvas)
+        finally:
+            canvas.release()
+        return level < 1.0
+
+    def _is_lost(self) -> bool:
+        """Whether not even a small texture can be had."""
+        try:
+            Texture(self._device, (4, 4), kind="f1", label="probe").release()
+        except DeviceError:
+            return True
+        return False
+
+
+def _read(canvas: Texture) -> NDArray[np.uint8] | None:
+    try:
+        return np.asarray(canvas.read(), np.uint8)
+    except DeviceError:
+        return None
 
 
 def faded(codes: NDArray[np.uint8], level: float) -> NDArray[Any]:

@@ -103,6 +103,11 @@ class Frames:
         assert self._canvas is not None
         return self._canvas
 
+    @property
+    def last_canvas(self) -> Texture | None:
+        """What was shown last, whole; None before anything was."""
+        return self._canvas
+
     def stride_of(self, name: str) -> int:
         """The stride at which a perceived picture is whole: 1 when all of it is there."""
         return self._looks[name].stride

@@ -78,6 +78,20 @@ GROUPS: tuple[Group, ...] = (
         ),
     ),
     Group(
+        "Files and window",
+        (
+            Key("f1", "help", "this list"),
+            Key("f5", "shaders", "reload the shaders; a faulty one changes nothing"),
+            Key("f11", "fullscreen", "fullscreen, or a window again"),
+            Key("ctrl+m", "monitor", "the next monitor"),
+            Key("f12", "screenshot", "save what is shown, the rig in the file"),
+            Key("shift+f12", "screenshot_all", "the same with the panels"),
+            Key("ctrl+s", "save", "save the rig"),
+            Key("ctrl+r", "reload", "read the rig's file again"),
+            Key("escape", "leave", "leave"),
+        ),
+    ),
+    Group(
         "Views",
         (
             Key("4", "view_panel", "the panel image"),
@@ -113,20 +127,6 @@ GROUPS: tuple[Group, ...] = (
     Group(
         "Alignment (arrows, brackets, comma and point then move the array)",
         (Key("g", "alignment", "next alignment screen: null, moire, pitch, separation, off"),),
-    ),
-    Group(
-        "Files and window",
-        (
-            Key("f1", "help", "this list"),
-            Key("f5", "shaders", "reload the shaders; a faulty one changes nothing"),
-            Key("f11", "fullscreen", "fullscreen, or a window again"),
-            Key("ctrl+m", "monitor", "the next monitor"),
-            Key("f12", "screenshot", "save what is shown, the rig in the file"),
-            Key("shift+f12", "screenshot_all", "the same with the panels"),
-            Key("ctrl+s", "save", "save the rig"),
-            Key("ctrl+r", "reload", "read the rig's file again"),
-            Key("escape", "leave", "leave"),
-        ),
     ),
 )
 

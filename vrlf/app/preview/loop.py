@@ -10,12 +10,11 @@ from typing import Any
 
 import glfw
 import numpy as np
-from numpy.typing import NDArray
 
 from vrlf.app.options import say
 from vrlf.app.preview.chords import WALKING, chord_of
-from vrlf.app.preview.fading import Fade, faded
-from vrlf.app.preview.files import Files
+from vrlf.app.preview.fading import Guard
+from vrlf.app.preview.files import Files, as_loaded
 from vrlf.app.preview.frames import LOOKS, Frames, Moment
 from vrlf.app.preview.keys import Press, press_of
 from vrlf.app.preview.layout import Placed, loupe, needed, placed, tile_under
@@ -23,18 +22,16 @@ from vrlf.app.preview.mouse import Mouse
 from vrlf.app.preview.pacing import FrameClock, Pacer, told
 from vrlf.app.preview.panels import Panels, Status
 from vrlf.app.preview.session import Session, act, walked
-from vrlf.errors import DeviceError, VrlfError
-from vrlf.gpu import Device, Texture
+from vrlf.errors import VrlfError
+from vrlf.gpu import Device
 from vrlf.gpu.screen import read_screen, show_on_screen
 from vrlf.gpu.window import Window, monitors
-from vrlf.model import Rig
 from vrlf.renderer.live import Live
 
 _IDLE_S = 0.1
 # Frames drawn after the last thing happened: ImGui settles in two.
 _WAKE_FRAMES = 3
 _WATCH_S = 1.0
-_LOST_AFTER = 3  # faults of the GPU in a row
 _DEFAULT_RATE_HZ = 60.0
 
 
@@ -71,16 +68,14 @@ class Preview:
         self._window, self._device, self._live, self._files = window, device, live, files
         self._opening = opening
         self.session = session
-        self._monitor = opening.monitor
+        self.monitor = opening.monitor
         self._chords: deque[tuple[str, bool]] = deque()
         self._time_s = 0.0
-        self._fade = Fade()
-        self._fault: str | None = None
-        self._faults = 0
-        self._held: NDArray[np.uint8] | None = None
+        self._guard = Guard(device)
         self._awake = _WAKE_FRAMES
         self._last_watch_s = 0.0
-        self._pending: Callable[[], None] | None = None
+        # What waits for the frame to be drawn.
+        self._pending: list[Callable[[], None]] = []
         # The window's own key callback comes first; ImGui's chains to it.
         window.on_key(self._key)
         self._panels = Panels(window)
@@ -89,16 +84,18 @@ class Preview:
         except BaseException:
             self._panels.release()
             raise
+        if self._frames.is_software:
+            live.ease(1)
         rate_hz = self._rate_hz()
         self._clock, self._pacer = FrameClock(1e3 / rate_hz), Pacer(1e3 / rate_hz)
         self._mouse = Mouse()
         window.keep_pace(1)
         if opening.fullscreen:
-            window.fill(self._monitor)
+            window.fill(self.monitor)
 
     def _rate_hz(self) -> float:
         found = monitors()
-        rate_hz = found[min(self._monitor, len(found) - 1)].rate_hz if found else 0.0
+        rate_hz = found[min(self.monitor, len(found) - 1)].rate_hz if found else 0.0
         return rate_hz or _DEFAULT_RATE_HZ
 
     def run(self) -> Session:
@@ -134,9 +131,8 @@ class Preview:
         began_s = time.perf_counter()
         has_more = self._frame(shown, size, passed_s)
         self._panels.end()
-        if self._pending is not None:
-            self._pending()
-            self._pending = None
+        while self._pending:
+            self._pending.pop(0)()
         self._window.present()
         self._pace(began_s, has_more)
 
@@ -223,16 +219,16 @@ class Preview:
         if self._window.is_fullscreen:
             self._window.unfill()
         else:
-            self._window.fill(self._monitor)
+            self._window.fill(self.monitor)
 
     def _next_monitor(self, _: Press) -> None:
         found = monitors()
-        self._monitor = (self._monitor + 1) % max(len(found), 1)
+        self.monitor = (self.monitor + 1) % max(len(found), 1)
         if self._window.is_fullscreen:
             self._window.unfill()
-            self._window.fill(self._monitor)
-        name = found[self._monitor].name if found else "none"
-        self._say(f"monitor {self._monitor + 1} of {len(found)}: {name}", aloud=False)
+            self._window.fill(self.monitor)
+        name = found[self.monitor].name if found else "none"
+        self._say(f"monitor {self.monitor + 1} of {len(found)}: {name}", aloud=False)
 
     def _shoot(self, *, all_of_it: bool) -> None:
         """When the frame is drawn, and for all of it the panels too."""
@@ -250,7 +246,7 @@ class Preview:
             else:
                 self._say(f"wrote {path}")
 
-        self._pending = shoot
+        self._pending.append(shoot)
 
     def _save(self, _: Press) -> None:
         path = self._files.save(self.session.rig)
@@ -259,7 +255,7 @@ class Preview:
 
     def _reload(self, _: Press) -> None:
         rig = self._files.load()
-        self.session = act_on_loaded(self.session, rig)
+        self.session = as_loaded(self.session, rig)
         self._say(f"read {self._files.name} again")
 
     def _reload_shaders(self, _: Press) -> None:
@@ -294,23 +290,22 @@ class Preview:
 
     def _frame(self, tiles: tuple[Placed, ...], size: tuple[int, int], passed_s: float) -> bool:
         """Draw into the window; whether the next frame would differ by itself."""
-        is_faulty = self._fault is not None
+        guard = self._guard
+        moment = Moment(self._time_s, self.session.head)
         try:
             self._frames.want(self.session.rig)
-            self._accept_failure()
-            moment = Moment(self._time_s, self.session.head)
-            level = self._fade.step(passed_s, is_faulty=False)
+            # Back from grey, if it was there: not at once either.
+            level = guard.fade.level if guard.fault else guard.fade.step(passed_s, is_faulty=False)
             has_more = self._frames.draw(self._with_loupe(tiles, size), size, moment, fade=level)
             show_on_screen(self._device, self._frames.canvas)
         except Exception as error:
-            if is_faulty is False:
-                self._fade.level = max(self._fade.level, 0.0)
-            self._begin_fault(error)
-            self._show_held(size, passed_s)
-            return self._fade.level < 1.0
-        if is_faulty:
+            told = guard.caught(error, self._frames.last_canvas)
+            if told is not None:
+                self._say(told)
+            return guard.show(size, passed_s)
+        self._accept_failure()
+        if guard.passed():
             self._say("it works again")
-        self._fault, self._faults, self._held = None, 0, None
         is_moving = self.session.is_playing and not self._live.is_still
         return has_more or is_moving or level > 0.0
 
@@ -326,45 +321,6 @@ class Preview:
         under = tile_under(tiles, place)
         piece = loupe(under, place, size) if under is not None else None
         return tiles if piece is None else (*tiles, piece)
-
-    def _begin_fault(self, error: Exception) -> None:
-        """Say what is wrong, once; hold the last good picture."""
-        self._faults += 1
-        text = str(error) if isinstance(error, VrlfError) else f"{type(error).__name__}: {error}"
-        if text != self._fault:
-            self._say(text)
-        self._fault = text
-        if isinstance(error, DeviceError) and self._faults >= _LOST_AFTER and self._is_lost():
-            raise DeviceError(f"GPU: found the context lost ({text}), wanted it to stay") from error
-        if self._held is None:
-            self._held = self._last_good()
-
-    def _is_lost(self) -> bool:
-        """Whether not even a small texture can be had."""
-        try:
-            Texture(self._device, (4, 4), kind="f1", label="probe").release()
-        except Exception:
-            return True
-        return False
-
-    def _last_good(self) -> NDArray[np.uint8] | None:
-        try:
-            return np.asarray(self._frames.canvas.read(), np.uint8)
-        except Exception:
-            return None
-
-    def _show_held(self, size: tuple[int, int], passed_s: float) -> None:
-        """The last good picture on its way to grey; grey where the window has another size."""
-        level = self._fade.step(passed_s, is_faulty=True)
-        held = self._held
-        if held is None or held.shape[1::-1] != size:
-            held, level = np.zeros((size[1], size[0], 4), np.uint8), 1.0
-        canvas = Texture(self._device, size, kind="f1", label="held")
-        try:
-            canvas.write(faded(held, level))
-            show_on_screen(self._device, canvas)
-        finally:
-            canvas.release()
 
     def _status(self, tiles: tuple[Placed, ...]) -> Status:
         notes = []
@@ -390,12 +346,6 @@ class Preview:
         """Give frames and panels back."""
         self._frames.release()
         self._panels.release()
-
-
-def act_on_loaded(session: Session, rig: Rig) -> Session:
-    """The rig as its file has it now, and undo back to what it was."""
-    past = session.past if rig == session.rig else (*session.past, session.rig)
-    return replace(session, rig=rig, loaded=rig, past=past, future=(), holding="")
 
 
 def _key_of(name: str) -> Any:

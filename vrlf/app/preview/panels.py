@@ -32,6 +32,7 @@ from vrlf.resources import assets_dir
 
 _FONT_PX = 16.0
 _PANEL_WIDTH = 340.0
+_CHORD_WIDTH = 175.0
 _FIXED = (
     imgui.WindowFlags_.no_collapse
     | imgui.WindowFlags_.no_saved_settings
@@ -265,7 +266,7 @@ def _help_panel() -> None:
     imgui.set_next_window_pos(centre, imgui.Cond_.always, imgui.ImVec2(0.5, 0.5))
     imgui.set_next_window_bg_alpha(0.95)
     imgui.begin("Keys (F1 closes)", None, _FIXED)
-    # Two columns of groups, so that a screen of 720 rows holds all.
+    # Two columns of groups, equally long, so that a window of 720 rows holds all.
     if imgui.begin_table("groups", 2):
         half = len(EVERY_GROUP) // 2
         for part in (EVERY_GROUP[:half], EVERY_GROUP[half:]):
@@ -274,7 +275,7 @@ def _help_panel() -> None:
                 imgui.separator_text(group.title)
                 for chord, says in help_lines(group):
                     imgui.text_colored(imgui.ImVec4(0.6, 0.85, 1.0, 1.0), chord)
-                    imgui.same_line(150.0)
+                    imgui.same_line(_CHORD_WIDTH)
                     imgui.text_unformatted(says)
         imgui.end_table()
     imgui.end()
