@@ -53,6 +53,7 @@ class Window:
                 "VRLF_CONFIG_DIR": str(folder / "configuration"),
                 **environment,
             },
+            cwd=environment.get("PYTHONPATH"),
             stderr=errors,
             stdout=subprocess.PIPE,
         )
@@ -174,9 +175,9 @@ def test_eight_steps_of_the_left_sphere(opened: Any, folder: Path, screen: Scree
     assert (after[:, :48] != before[:, :48]).mean() > 0.5
     np.testing.assert_array_equal(after[:, 49:], before[:, 49:])
     # The screen itself shows what the file holds.
-    screen.keys("Tab", "Tab")
+    screen.mouse("mousemove", "3", "3")
     window.eventually(
-        lambda: np.array_equal(screen.pixels()[100:300], wanted[100:300]), "the screen"
+        lambda: np.array_equal(screen.pixels()[100:400], wanted[100:400]), "the screen"
     )
     # Undo, all of it, and back.
     screen.keys(*["ctrl+z"] * 8)
@@ -237,7 +238,7 @@ def test_a_screenshot_holds_the_rig(opened: Any, folder: Path, screen: Screen) -
     assert found["vrlf:view"] == "panel"
     with_panels, without = window.shot("shift+F12"), read_codes(path)
     assert with_panels.shape == without.shape == (480, 640, 3)
-    assert (with_panels[:, 330:] == without[:, 330:]).mean() > 0.9
+    np.testing.assert_array_equal(with_panels[:400, 400:], without[:400, 400:])
     assert (with_panels[:200, 20:200] != without[:200, 20:200]).mean() > 0.3
     assert window.leave() == 0
 
@@ -249,6 +250,7 @@ def test_a_broken_shader_changes_nothing(
     for part in ("vrlf", "shaders", "assets"):
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(repo_root / part, copy / part, ignore=ignored)
+    (copy / "pyproject.toml").touch()
     rig, path = load_rig(folder / "rig.toml"), copy / "shaders" / "perceive.comp"
     window = opened(PYTHONPATH=str(copy))
     screen.keys("z")

@@ -261,6 +261,14 @@ class Preview:
     def _reload_shaders(self, _: Press) -> None:
         """New programs from the files; with a fault in one the old ones go on."""
         frames = Frames(self._device, self.session.rig, self._live, rays=self._opening.rays)
+        try:
+            # Programs are compiled when first needed: the wall needs those of every view.
+            size = self._window.size_px
+            wall = placed(replace(self.session, view="wall"), size)
+            frames.draw(wall, size, Moment(self._time_s, self.session.head))
+        except Exception:
+            frames.release()
+            raise
         self._frames.release()
         self._frames = frames
         self._say("shaders reloaded", aloud=False)
