@@ -26,15 +26,20 @@ class Known:
     """A ``Live`` that counts how often it was drawn."""
 
     def __init__(self, *, is_still: bool = True) -> None:
-        self.is_still, self.drawn, self.released = is_still, 0, False
+        self.has_time = self.has_head = not is_still
+        self.duration_s: float | None = None
+        self.drawn, self.released = 0, False
         self.fails: Exception | None = None
 
     def draw(self, target: Texture, rig: Rig, *, time_s: float, head: HeadPose) -> None:
         if self.fails is not None:
             raise self.fails
         self.drawn += 1
-        light: NDArray[Any] = light_at(rig) if self.is_still else light_at(rig, time_s, head)
+        light: NDArray[Any] = light_at(rig) if not self.has_time else light_at(rig, time_s, head)
         target.write(light)
+
+    def ease(self, samples: int) -> None:
+        pass
 
     def release(self) -> None:
         self.released = True

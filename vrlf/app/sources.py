@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,18 +12,20 @@ import numpy as np
 
 from vrlf.app.options import Command, say
 from vrlf.content.charts import CHART_NAMES
+from vrlf.content.panorama import load_panorama
 from vrlf.content.pictures import StereoSource, join_viewports, load_stereo
 from vrlf.errors import InputError
 from vrlf.files import shown
-from vrlf.gpu import Device
+from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
 from vrlf.optics.fitting import FitMode
 from vrlf.renderer import GpuRenderer, Image, Renderer
-from vrlf.renderer.live import Chart, Garden, Live, Picture, chart_light
-from vrlf.scene import render_stereo
+from vrlf.renderer.live import Chart, Garden, Live, Picture, World, chart_light
+from vrlf.scene import HeadPose, Panorama, render_stereo
 
 SCENE = "scene"
 CHART_PREFIX = "chart:"
+_PANORAMA_HINT = "_360"
 # What a picture file here can have at most, so that it can be written and read again.
 _MOST_SIDE_PX = 16384
 _MOST_PX = 2**29 // 3
@@ -66,6 +69,12 @@ def source_options(command: Command) -> Command:
                 "the rest; axis shows all of it straight ahead, about the lens's axis, which is "
                 "easier to fuse.",
             ),
+            click.option(
+                "--panorama",
+                is_flag=True,
+                help="SOURCE is a panorama of 360 by 180 degrees: 2:1, or over-under 1:1. A file "
+                "with _360 in its name is taken for one anyway.",
+            ),
             encoding_option,
         )
     ):
@@ -82,6 +91,7 @@ class SourceOptions:
     right_source: str | None = None
     encoding: Any = "auto"
     fit: FitMode = "contain"
+    panorama: bool = False
 
 
 def target_of(source: str, rig: Rig, renderer: Renderer, options: SourceOptions) -> Image:
@@ -101,6 +111,8 @@ def target_of(source: str, rig: Rig, renderer: Renderer, options: SourceOptions)
             raise InputError(
                 f"{shown(source)}: found no such file, wanted one; the chart is chart:{source}"
             )
+    if is_moving(source, options):
+        return live_target(source, rig, renderer, options)
     return renderer.target(_picture(source, rig, options), rig, options.fit)
 
 
@@ -113,7 +125,36 @@ def open_live(source: str, rig: Rig, device: Device, options: SourceOptions) -> 
             name = source.removeprefix(CHART_PREFIX)
             chart_light(name, rig)  # an unknown name is said now
             return Chart(name)
+    if _is_panorama(source, options):
+        say(f"{shown(source)}: taken as a panorama")
+        left, right = load_panorama(source, layout=options.layout, encoding=options.encoding)
+        return World(Panorama(device, left, right))
     return Picture(device, _picture(source, rig, options), options.fit)
+
+
+def is_moving(source: str, options: SourceOptions) -> bool:
+    """Whether what it shows depends on the head or the time."""
+    return _is_panorama(source, options)
+
+
+def _is_panorama(source: str, options: SourceOptions) -> bool:
+    return options.panorama or _PANORAMA_HINT in Path(source).stem.lower()
+
+
+def live_target(source: str, rig: Rig, renderer: Renderer, options: SourceOptions) -> Image:
+    """What a moving source shows at its beginning to a head at rest; always on a GPU."""
+    with ExitStack() as owned:
+        if isinstance(renderer, GpuRenderer):
+            device = renderer.device
+            device.make_current()
+        else:
+            device = owned.enter_context(Device.headless())
+        live = open_live(source, rig, device, options)
+        owned.callback(live.release)
+        target = Texture(device, (rig.panel.width_px, rig.panel.height_px), label="target")
+        owned.callback(target.release)
+        live.draw(target, rig, time_s=0.0, head=HeadPose())
+        return np.ascontiguousarray(target.read()[..., :3], np.float32)
 
 
 def _picture(source: str, rig: Rig, options: SourceOptions) -> StereoSource:

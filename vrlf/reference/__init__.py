@@ -9,6 +9,7 @@ perceive   ``shaders/perceive.comp``: what both eyes see, plain pupil sampling
 quadrature ``shaders/perceive.comp``: the same by lines and by points of holes
 optimal    ``vrlf/solve``: the optimal prefilter, each pixel's row traced by itself
 converged  ``vrlf/solve``: the bounded optimum itself, by float64 matrices, proved
+panorama   ``shaders/scene/panorama.comp``: the world all around from a picture
 encode     ``shaders/encode.comp``: linear light to 8-bit sRGB
 show       ``shaders/show.comp``: what a rectangle of a window shows
 ========== ======================================================================

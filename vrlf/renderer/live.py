@@ -15,7 +15,7 @@ from vrlf.optics.fitting import Fit, FitMode
 from vrlf.optics.viewport import SIDES, pitch_mm, viewport
 from vrlf.passes import EyePicture, Prepare
 from vrlf.renderer.steps import Image, fitted
-from vrlf.scene import HeadPose, Scene
+from vrlf.scene import HeadPose, Panorama, Scene
 
 
 class Live(Protocol):
@@ -23,14 +23,17 @@ class Live(Protocol):
 
     Attributes
     ----------
-    is_still : bool
-        Whether it is the same at every time and pose.
+    has_time, has_head : bool
+        Whether what it shows depends on the time, on the head's pose.
     duration_s : float or None
         Where it begins again; None is never.
     """
 
     @property
-    def is_still(self) -> bool: ...
+    def has_time(self) -> bool: ...
+
+    @property
+    def has_head(self) -> bool: ...
 
     @property
     def duration_s(self) -> float | None: ...
@@ -52,7 +55,7 @@ class Live(Protocol):
 class Picture:
     """A picture for each eye, fitted into its viewport."""
 
-    is_still = True
+    has_time, has_head = False, False
     duration_s: float | None = None
 
     def __init__(self, device: Device, source: StereoSource, fit: FitMode = "contain") -> None:
@@ -104,7 +107,7 @@ class Picture:
 class Chart:
     """A chart at the panel's exact pixels."""
 
-    is_still = True
+    has_time, has_head = False, False
     duration_s: float | None = None
 
     def __init__(self, name: str) -> None:
@@ -125,7 +128,7 @@ class Chart:
 class Garden:
     """The shipped scene, wind in its leaves."""
 
-    is_still = False
+    has_time, has_head = True, True
     duration_s: float | None = None
 
     def __init__(self, device: Device) -> None:
@@ -142,6 +145,29 @@ class Garden:
     def release(self) -> None:
         """Give the scene back."""
         self._scene.release()
+
+
+class World:
+    """A panorama, for whoever turns the head."""
+
+    has_time, has_head = False, True
+    duration_s: float | None = None
+
+    def __init__(self, panorama: Panorama) -> None:
+        self._panorama = panorama
+
+    def draw(self, target: Texture, rig: Rig, *, time_s: float, head: HeadPose) -> None:
+        """See ``Live.draw``; it is the same at every time."""
+        del time_s
+        self._panorama.draw(target, rig, head=head)
+
+    def ease(self, samples: int) -> None:
+        """See ``Live.ease``."""
+        self._panorama.ease(samples)
+
+    def release(self) -> None:
+        """Give the panorama back."""
+        self._panorama.release()
 
 
 def chart_light(name: str, rig: Rig) -> Image:

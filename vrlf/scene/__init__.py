@@ -11,6 +11,7 @@ foliage    leaves, grass and petals
 garden     where everything stands
 stereo     from what was drawn for an eye to its viewport of the target
 drawing    ``Scene`` and ``render_stereo``
+panorama   the world all around, from a picture
 spectrum   how the amplitude of a picture falls with frequency
 ========== =====================================================================
 """
@@ -19,6 +20,7 @@ from __future__ import annotations
 
 from vrlf.scene.camera import HeadPose
 from vrlf.scene.drawing import Scene, render_stereo
+from vrlf.scene.panorama import Panorama
 from vrlf.scene.spectrum import luminance, spectrum_slope
 
-__all__ = ["HeadPose", "Scene", "luminance", "render_stereo", "spectrum_slope"]
+__all__ = ["HeadPose", "Panorama", "Scene", "luminance", "render_stereo", "spectrum_slope"]

@@ -194,7 +194,9 @@ class Frames:
     def _target(self, rig: Rig, moment: Moment) -> bool:
         """Draw the target if it is another one; whether it is."""
         # A prescription alone changes nothing of what is meant to be seen.
-        given = (rig.panel, rig.headset, rig.array, None if self._live.is_still else moment)
+        time_s = moment.time_s if self._live.has_time else None
+        head = moment.head if self._live.has_head else None
+        given = (rig.panel, rig.headset, rig.array, time_s, head)
         if given == self._drawn:
             return False
         self._live.draw(self.stream.target, rig, time_s=moment.time_s, head=moment.head)

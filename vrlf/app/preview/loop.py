@@ -175,7 +175,7 @@ class Preview:
         if held and not self._is_control_held():
             self.session = walked(self.session, held, passed_s)
             self._awake = _WAKE_FRAMES
-        if self.session.is_playing and not self._live.is_still:
+        if self.session.is_playing and self._live.has_time:
             self._time_s = max(self._time_s + min(passed_s, 0.25), 0.0)
 
     def _is_control_held(self) -> bool:
@@ -314,7 +314,7 @@ class Preview:
         self._accept_failure()
         if guard.passed():
             self._say("it works again")
-        is_moving = self.session.is_playing and not self._live.is_still
+        is_moving = self.session.is_playing and self._live.has_time
         return has_more or is_moving or level > 0.0
 
     def _accept_failure(self) -> None:
