@@ -28,6 +28,7 @@ class Known:
     def __init__(self, *, is_still: bool = True) -> None:
         self.has_time = self.has_head = not is_still
         self.duration_s: float | None = None
+        self.fault: str | None = None
         self.drawn, self.released = 0, False
         self.fails: Exception | None = None
 

@@ -14,13 +14,14 @@ from vrlf.app.options import Command, say
 from vrlf.content.charts import CHART_NAMES
 from vrlf.content.panorama import load_panorama
 from vrlf.content.pictures import StereoSource, join_viewports, load_stereo
+from vrlf.content.video import FILM_ENDINGS, Film
 from vrlf.errors import InputError
 from vrlf.files import shown
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
 from vrlf.optics.fitting import FitMode
 from vrlf.renderer import GpuRenderer, Image, Renderer
-from vrlf.renderer.live import Chart, Garden, Live, Picture, World, chart_light
+from vrlf.renderer.live import Chart, FilmShown, Garden, Live, Picture, World, chart_light
 from vrlf.scene import HeadPose, Panorama, render_stereo
 
 SCENE = "scene"
@@ -125,6 +126,13 @@ def open_live(source: str, rig: Rig, device: Device, options: SourceOptions) -> 
             name = source.removeprefix(CHART_PREFIX)
             chart_light(name, rig)  # an unknown name is said now
             return Chart(name)
+    if _is_film(source):
+        film = Film(source, layout=options.layout, cross_eyed=options.cross_eyed)
+        size = (
+            f"{film.size_px[0]}x{film.size_px[1]}, {film.rate_hz:.4g} Hz, {film.duration_s:.1f} s"
+        )
+        say(f"{shown(source)}: taken as a film, {film.layout}, {options.fit} ({size})")
+        return FilmShown(device, film, options.fit)
     if _is_panorama(source, options):
         say(f"{shown(source)}: taken as a panorama")
         left, right = load_panorama(source, layout=options.layout, encoding=options.encoding)
@@ -134,7 +142,11 @@ def open_live(source: str, rig: Rig, device: Device, options: SourceOptions) -> 
 
 def is_moving(source: str, options: SourceOptions) -> bool:
     """Whether what it shows depends on the head or the time."""
-    return _is_panorama(source, options)
+    return _is_film(source) or _is_panorama(source, options)
+
+
+def _is_film(source: str) -> bool:
+    return Path(source).suffix.lower() in FILM_ENDINGS
 
 
 def _is_panorama(source: str, options: SourceOptions) -> bool:

@@ -20,7 +20,7 @@ Pixels = TypeVar("Pixels", bound=np.generic)
 
 # Seen width of a source pixel over its seen height: a half layout has squeezed
 # each eye's picture to half its width or height.
-_PIXEL_ASPECT: Final[dict[Layout, float]] = {
+PIXEL_ASPECT: Final[dict[Layout, float]] = {
     "mono": 1.0,
     "side-by-side": 1.0,
     "half-side-by-side": 2.0,
@@ -122,13 +122,13 @@ def load_stereo(
         second = _read_second(path, right_path, first, layout, encoding)
     else:
         if layout == "auto":
-            taken, swapped = _guess_layout(Path(path), first.shape, panel_size)
+            taken, swapped = guess_layout(Path(path), first.shape, panel_size)
             cross_eyed = cross_eyed or swapped
         else:
             taken = layout
-        first, second = _halves(first, taken, shown(path))
+        first, second = halves(first, taken, shown(path))
     left, right = (second, first) if cross_eyed else (first, second)
-    aspect = _PIXEL_ASPECT[taken]
+    aspect = PIXEL_ASPECT[taken]
     viewport_shape = (panel_size[1], panel_size[0] // 2)
     return StereoSource(
         left=left,
@@ -140,8 +140,8 @@ def load_stereo(
     )
 
 
-def _guess_layout(
-    path: Path, shape: tuple[int, ...], panel_size: tuple[int, int]
+def guess_layout(
+    path: Path, shape: tuple[int, ...], panel_size: tuple[int, int] | None
 ) -> tuple[Layout, bool]:
     """The layout, and whether the right eye's picture comes first."""
     height, width = shape[:2]
@@ -155,9 +155,9 @@ def _guess_layout(
     return ("side-by-side" if width > _STEREO_ASPECT * height else "mono"), False
 
 
-def _halves(
-    picture: NDArray[np.float32], layout: Layout, name: str
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def halves(
+    picture: NDArray[Pixels], layout: Layout, name: str
+) -> tuple[NDArray[Pixels], NDArray[Pixels]]:
     """The first and the second eye's picture; a mono picture stands for both."""
     if layout == "mono":
         return picture, picture

@@ -12,7 +12,7 @@ Inside, a picture is linear light, float32, (H, W, 3), row 0 at the top.
 """
 
 from vrlf.images.raster import crop, resize_area, resize_nearest
-from vrlf.images.reading import Encoding, read_channels, read_picture
+from vrlf.images.reading import Encoding, read_channels, read_codes, read_picture
 from vrlf.images.srgb import quantise_srgb, srgb_decode, srgb_encode
 from vrlf.images.text import draw_text, text_size
 from vrlf.images.writing import (
@@ -31,6 +31,7 @@ __all__ = [
     "draw_text",
     "quantise_srgb",
     "read_channels",
+    "read_codes",
     "read_picture",
     "resize_area",
     "resize_nearest",

@@ -88,6 +88,23 @@ def read_picture(
     return np.ascontiguousarray(light, dtype=np.float32)
 
 
+def read_codes(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
+    """The integers of an 8-bit picture as they are in the file, shape (H, W, 3).
+
+    Raises
+    ------
+    ImageReadError
+        As `read_picture`, or the file holds no three 8-bit channels.
+    """
+    stored = _read_stored(path)
+    if stored.pixels.dtype != np.uint8 or stored.pixels.shape[2] < 3:
+        raise ImageReadError(
+            f"{stored.name}: found {stored.pixels.shape[2]} channels of {stored.pixels.dtype}, "
+            "wanted 8-bit RGB"
+        )
+    return np.ascontiguousarray(stored.pixels[..., :3])
+
+
 def read_channels(path: str | os.PathLike[str]) -> dict[str, NDArray[np.float32]]:
     """Read the named channels of a float picture, an EXR as a rule, as they are.
 

@@ -8,11 +8,12 @@ import numpy as np
 
 from vrlf.content.charts import draw_chart
 from vrlf.content.pictures import StereoSource, join_viewports
+from vrlf.content.video import Film
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
-from vrlf.optics.fitting import Fit, FitMode
-from vrlf.optics.viewport import SIDES, pitch_mm, viewport
+from vrlf.optics.fitting import Fit, FitMode, fit_picture
+from vrlf.optics.viewport import SIDES, Side, axis_in_viewport_px, pitch_mm, viewport
 from vrlf.passes import EyePicture, Prepare
 from vrlf.renderer.steps import Image, fitted
 from vrlf.scene import HeadPose, Panorama, Scene
@@ -27,6 +28,8 @@ class Live(Protocol):
         Whether what it shows depends on the time, on the head's pose.
     duration_s : float or None
         Where it begins again; None is never.
+    fault : str or None
+        What went wrong with its file while it was shown; the last good picture stays.
     """
 
     @property
@@ -37,6 +40,9 @@ class Live(Protocol):
 
     @property
     def duration_s(self) -> float | None: ...
+
+    @property
+    def fault(self) -> str | None: ...
 
     def draw(self, target: Texture, rig: Rig, *, time_s: float, head: HeadPose) -> None:
         """Write what both eyes should perceive at this time into all of ``target``.
@@ -57,6 +63,7 @@ class Picture:
 
     has_time, has_head = False, False
     duration_s: float | None = None
+    fault: str | None = None
 
     def __init__(self, device: Device, source: StereoSource, fit: FitMode = "contain") -> None:
         self._device, self._source, self._mode = device, source, fit
@@ -109,6 +116,7 @@ class Chart:
 
     has_time, has_head = False, False
     duration_s: float | None = None
+    fault: str | None = None
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -130,6 +138,7 @@ class Garden:
 
     has_time, has_head = True, True
     duration_s: float | None = None
+    fault: str | None = None
 
     def __init__(self, device: Device) -> None:
         self._scene = Scene(device)
@@ -152,6 +161,7 @@ class World:
 
     has_time, has_head = False, True
     duration_s: float | None = None
+    fault: str | None = None
 
     def __init__(self, panorama: Panorama) -> None:
         self._panorama = panorama
@@ -168,6 +178,57 @@ class World:
     def release(self) -> None:
         """Give the panorama back."""
         self._panorama.release()
+
+
+class FilmShown:
+    """A film, each eye's picture fitted into its viewport."""
+
+    has_time, has_head = True, False
+
+    def __init__(self, device: Device, film: Film, fit: FitMode = "contain") -> None:
+        self._device, self._film, self._mode = device, film, fit
+        self._prepare = Prepare(device)
+        self._textures: list[Texture] = []
+        self.duration_s: float | None = film.duration_s
+
+    @property
+    def fault(self) -> str | None:
+        """Why the film ended before it should have."""
+        return self._film.fault
+
+    def draw(self, target: Texture, rig: Rig, *, time_s: float, head: HeadPose) -> None:
+        """See ``Live.draw``; beyond its end the last frame stays."""
+        del head
+        if not self._textures or not self._film.is_same(time_s):
+            self._upload(self._film.at(time_s))
+        pictures = [
+            EyePicture(texture, self._fit(texture.size_px, rig, side))
+            for texture, side in zip(self._textures, SIDES, strict=True)
+        ]
+        self._prepare.run(rig, (pictures[0], pictures[1]), target, encoded=True)
+
+    def _upload(self, pictures: tuple[Any, Any]) -> None:
+        size = (pictures[0].shape[1], pictures[0].shape[0])
+        while len(self._textures) < len(SIDES):
+            self._textures.append(Texture(self._device, size, kind="f1", label="film"))
+        for texture, picture in zip(self._textures, pictures, strict=True):
+            texture.write(picture)
+
+    def _fit(self, size_px: tuple[int, int], rig: Rig, side: Side) -> Fit:
+        view = viewport(rig, side)
+        x, y = axis_in_viewport_px(rig, view)
+        axis_px = (float(x), float(y))
+        return fit_picture(size_px, self._film.pixel_aspect, view, self._mode, axis_px)
+
+    def ease(self, samples: int) -> None:
+        """Its pixels are filtered whole."""
+
+    def release(self) -> None:
+        """Give pictures and program back, and close the film."""
+        while self._textures:
+            self._textures.pop().release()
+        self._prepare.release()
+        self._film.release()
 
 
 def chart_light(name: str, rig: Rig) -> Image:

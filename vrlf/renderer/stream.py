@@ -187,6 +187,10 @@ class Stream:
             return
         self._present, self.rig = parts.replacing(self._present), coming
 
+    def forget(self) -> None:
+        """Let the next frame depend on its target alone: ``optimal`` starts it cold."""
+        self._memory.forget()
+
     def show(self) -> None:
         """Compute the panel image for the target."""
         sharpening = self._present["sharpening"].item

@@ -12,6 +12,7 @@ garden     where everything stands
 stereo     from what was drawn for an eye to its viewport of the target
 drawing    ``Scene`` and ``render_stereo``
 panorama   the world all around, from a picture
+path       where a head goes, from a file
 spectrum   how the amplitude of a picture falls with frequency
 ========== =====================================================================
 """

@@ -72,6 +72,7 @@ class Preview:
         self._chords: deque[tuple[str, bool]] = deque()
         self._time_s = 0.0
         self._guard = Guard(device)
+        self._live_fault: str | None = None
         self._awake = _WAKE_FRAMES
         self._last_watch_s = 0.0
         # What waits for the frame to be drawn.
@@ -176,7 +177,9 @@ class Preview:
             self.session = walked(self.session, held, passed_s)
             self._awake = _WAKE_FRAMES
         if self.session.is_playing and self._live.has_time:
-            self._time_s = max(self._time_s + min(passed_s, 0.25), 0.0)
+            self._time_s += min(passed_s, 0.25)
+            if self._live.duration_s is not None:
+                self._time_s %= self._live.duration_s
 
     def _is_control_held(self) -> bool:
         return any(
@@ -291,6 +294,10 @@ class Preview:
         self._last_watch_s = now_s
         if self._window.lost_monitor():
             self._say("the monitor was unplugged; this is a window again")
+        if self._live.fault != self._live_fault:
+            self._live_fault = self._live.fault
+            if self._live_fault:
+                self._say(self._live_fault)
         if self._files.has_changed():
             self._say(f"{self._files.name} was changed by another program; Ctrl+R reads it again")
 
