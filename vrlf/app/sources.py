@@ -21,10 +21,12 @@ from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
 from vrlf.optics.fitting import FitMode
 from vrlf.renderer import GpuRenderer, Image, Renderer
-from vrlf.renderer.live import Chart, FilmShown, Garden, Live, Picture, World, chart_light
-from vrlf.scene import HeadPose, Panorama, render_stereo
+from vrlf.renderer.live import Chart, FilmShown, Garden, Live, Model, Picture, World, chart_light
+from vrlf.resources import assets_dir
+from vrlf.scene import MODEL_ENDINGS, HeadPose, ModelScene, Panorama, render_stereo
 
 SCENE = "scene"
+SHIPPED_SCENES = ("orrery",)
 CHART_PREFIX = "chart:"
 _PANORAMA_HINT = "_360"
 # What a picture file here can have at most, so that it can be written and read again.
@@ -106,6 +108,8 @@ def target_of(source: str, rig: Rig, renderer: Renderer, options: SourceOptions)
     if not _is_there(source):
         if source == SCENE:
             return scene_target(rig, renderer)
+        if source in SHIPPED_SCENES:
+            return live_target(source, rig, renderer, options)
         if source.startswith(CHART_PREFIX):
             return chart_light(source.removeprefix(CHART_PREFIX), rig)
         if source in CHART_NAMES:
@@ -122,10 +126,17 @@ def open_live(source: str, rig: Rig, device: Device, options: SourceOptions) -> 
     if not _is_there(source):
         if source == SCENE:
             return Garden(device)
+        if source in SHIPPED_SCENES:
+            return Model(ModelScene(device, assets_dir() / "scenes" / f"{source}.glb"))
         if source.startswith(CHART_PREFIX):
             name = source.removeprefix(CHART_PREFIX)
             chart_light(name, rig)  # an unknown name is said now
             return Chart(name)
+    if _is_model(source):
+        scene = ModelScene(device, source)
+        for note in scene.notes:
+            say(f"{shown(source)}: {note}")
+        return Model(scene)
     if _is_film(source):
         film = Film(source, layout=options.layout, cross_eyed=options.cross_eyed)
         size = (
@@ -142,7 +153,11 @@ def open_live(source: str, rig: Rig, device: Device, options: SourceOptions) -> 
 
 def is_moving(source: str, options: SourceOptions) -> bool:
     """Whether what it shows depends on the head or the time."""
-    return _is_film(source) or _is_panorama(source, options)
+    return _is_film(source) or _is_model(source) or _is_panorama(source, options)
+
+
+def _is_model(source: str) -> bool:
+    return Path(source).suffix.lower() in MODEL_ENDINGS
 
 
 def _is_film(source: str) -> bool:

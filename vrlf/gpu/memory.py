@@ -14,6 +14,8 @@ from vrlf.gpu.device import Device
 _COMPONENT = {"float32": "f4", "float16": "f2", "uint8": "f1", "uint16": "nu2"}
 _NUMPY = {"f4": np.float32, "f2": np.float16, "f1": np.uint8, "u1": np.uint8, "nu2": np.uint16}
 
+_SRGB8_ALPHA8 = 0x8C43
+
 
 class Texture:
     """A 2-D texture. Row 0 of the array is row 0 of ``texelFetch`` and ``imageStore``.
@@ -68,6 +70,39 @@ class Texture:
         texture = cls(device, (width, height), components=components, kind=kind, label=label)
         texture.write(pixels)
         return texture
+
+    @classmethod
+    def photograph(cls, device: Device, codes: NDArray[np.uint8], *, label: str) -> Texture:
+        """A picture for surfaces: sRGB codes (H, W, 4).
+
+        The sampler decodes, repeats and shrinks it. Row 0 is the picture's top, v = 0.
+        """
+        height, width = codes.shape[:2]
+        device.require_texture_size(width, height, label)
+        made = cls.__new__(cls)
+        made._device, made.size_px, made.components = device, (width, height), 4
+        made.kind, made._dtype, made._label = "f1", np.dtype(np.uint8), label
+        data = np.ascontiguousarray(codes).tobytes()
+        try:
+            made._texture = device.context.texture(
+                (width, height), 4, data, alignment=1, internal_format=_SRGB8_ALPHA8
+            )
+        except Exception as error:
+            raise DeviceError(
+                f"{label}: the GPU gave no {made.size_px} texture ({error})"
+            ) from error
+        # With its smaller versions it takes a third more.
+        nbytes = width * height * 16 // 3
+        made._ticket = device.enlist(f"texture {label} {width}x{height}", nbytes)
+        made._texture.build_mipmaps()
+        made._texture.filter = (0x2703, 0x2601)  # GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR
+        made._texture.repeat_x = made._texture.repeat_y = True
+        try:
+            device.check(f"allocating {label}")
+        except DeviceError:
+            made.release()
+            raise
+        return made
 
     def write(self, pixels: NDArray[np.generic]) -> None:
         """Upload an (H, W, C) array; a missing fourth channel is filled with ones."""

@@ -16,7 +16,7 @@ from vrlf.optics.fitting import Fit, FitMode, fit_picture
 from vrlf.optics.viewport import SIDES, Side, axis_in_viewport_px, pitch_mm, viewport
 from vrlf.passes import EyePicture, Prepare
 from vrlf.renderer.steps import Image, fitted
-from vrlf.scene import HeadPose, Panorama, Scene
+from vrlf.scene import HeadPose, ModelScene, Panorama, Scene
 
 
 class Live(Protocol):
@@ -178,6 +178,30 @@ class World:
     def release(self) -> None:
         """Give the panorama back."""
         self._panorama.release()
+
+
+class Model:
+    """A glTF scene, to walk around in."""
+
+    has_head = True
+    fault: str | None = None
+
+    def __init__(self, scene: ModelScene) -> None:
+        self._scene = scene
+        self.duration_s = scene.duration_s
+        self.has_time = scene.duration_s is not None
+
+    def draw(self, target: Texture, rig: Rig, *, time_s: float, head: HeadPose) -> None:
+        """See ``Live.draw``."""
+        self._scene.draw(target, rig, time_s=time_s, head=head)
+
+    def ease(self, samples: int) -> None:
+        """See ``Live.ease``."""
+        self._scene.canvas.samples = samples
+
+    def release(self) -> None:
+        """Give the scene back."""
+        self._scene.release()
 
 
 class FilmShown:

@@ -12,6 +12,9 @@ garden     where everything stands
 stereo     from what was drawn for an eye to its viewport of the target
 drawing    ``Scene`` and ``render_stereo``
 panorama   the world all around, from a picture
+gltf       3D scenes from files; the only trimesh
+animation  how their nodes move
+model      ``ModelScene``: such a scene on the GPU
 path       where a head goes, from a file
 spectrum   how the amplitude of a picture falls with frequency
 ========== =====================================================================
@@ -21,7 +24,18 @@ from __future__ import annotations
 
 from vrlf.scene.camera import HeadPose
 from vrlf.scene.drawing import Scene, render_stereo
+from vrlf.scene.gltf import MODEL_ENDINGS
+from vrlf.scene.model import ModelScene
 from vrlf.scene.panorama import Panorama
 from vrlf.scene.spectrum import luminance, spectrum_slope
 
-__all__ = ["HeadPose", "Panorama", "Scene", "luminance", "render_stereo", "spectrum_slope"]
+__all__ = [
+    "MODEL_ENDINGS",
+    "HeadPose",
+    "ModelScene",
+    "Panorama",
+    "Scene",
+    "luminance",
+    "render_stereo",
+    "spectrum_slope",
+]

@@ -44,13 +44,15 @@ class StereoCanvas:
         self._canvas: Canvas | None = None
         self._resolve = ComputePass(device, "scene/resolve.comp", RESOLVE)
 
-    def begin(self, rig: Rig) -> None:
+    def begin(
+        self, rig: Rig, clear: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    ) -> None:
         """Draw on an empty canvas of this rig's size from now on."""
         self._taken, size_px = canvas_size(rig, self._device.info.max_texture_px, self.samples)
         if self._canvas is None or self._canvas.size_px != size_px:
             self._drop_canvas()
             self._canvas = Canvas(self._device, size_px, label="scene")
-        self._canvas.begin()
+        self._canvas.begin(clear)
 
     def resolve(self, rig: Rig, side: Side, target: Texture, exposure: float) -> None:
         """Put what was drawn into an eye's viewport of ``target`` (rgba32f, the panel's size)."""
