@@ -21,6 +21,8 @@ from vrlf.gpu import Device
 from vrlf.model import Rig
 from vrlf.optics.tile import BACKGROUND_CODE, GREY_CODE
 from vrlf.passes import phases
+from vrlf.reference import alignment as twin
+from vrlf.reference.encode import encode
 from vrlf.reference.show import show_tile
 from vrlf.renderer import GpuRenderer, bare_rig
 from vrlf.scene import HeadPose
@@ -245,3 +247,21 @@ def test_the_loupe_shows_the_pixel_under_the_cursor() -> None:
         assert 0 <= x <= 800 - width
         assert 0 <= y <= 600 - height
     assert placed(session, (0, 0)) == ()
+
+
+def test_alignment_screens_take_the_panels_place_or_the_targets(device: Device) -> None:
+    live = Known()
+    frames = Frames(device, RIG, live, rays=RAYS)
+    plain = settle(frames, fresh(view="panel"))
+    fringes = settle(frames, fresh(view="panel"), Moment(screen="fringes up"))
+    # The waves are 32-bit numbers on the GPU: a code may be the next one.
+    wanted_codes = encode(twin.fringes(RIG, 1)).astype(int)
+    assert np.abs(fringes.astype(int) - wanted_codes).max() <= 1
+    seen = settle(frames, fresh(), Moment(screen="fringes up"))
+    lines = settle(frames, fresh(view="target"), Moment(screen="separation"))
+    np.testing.assert_array_equal(lines, encode(twin.separation_screen(RIG)))
+    np.testing.assert_array_equal(settle(frames, fresh(view="panel")), plain)
+    assert (seen[..., 1] > 0).any()
+    assert not seen[..., 0].any()
+    assert live.drawn == 2, "once at first, once after the lines"
+    frames.release()

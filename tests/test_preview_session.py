@@ -207,7 +207,7 @@ def test_views_and_comparisons() -> None:
         assert pressed(fresh(), number).view == view
     assert pressed(fresh(), "9", "9").comparison == 1
     assert pressed(fresh(), *["9"] * (len(COMPARISONS) + 1)).comparison == 0
-    assert pressed(fresh(), "g", "4").is_aligning == "null"
+    assert pressed(fresh(), "g", "4").is_aligning == "fringes"
 
 
 def test_zoom() -> None:
@@ -225,12 +225,20 @@ def test_looking_ends_straight_up_and_goes_round() -> None:
 
 
 def test_while_aligning_the_arrows_are_the_arrays() -> None:
-    session = pressed(fresh(), "g")
-    press = press_of("left", aligning=session.is_aligning is not None)
-    assert press is not None
-    assert press.key.action == "align_x"
-    assert act(session, press) == session  # the window's to do
+    session = pressed(fresh(), "g", "right", "shift+left", "up", "]", "shift+[", ".", "i", "l", "=")
+    rig = session.rig
+    x, y = RIG.array.offset_um
+    assert rig.array.offset_um == pytest.approx((x + 9.0, y + 10.0))
+    assert rig.array.rotation_deg == pytest.approx(RIG.array.rotation_deg + 0.09)
+    assert rig.array.pitch_um == pytest.approx(RIG.array.pitch_um + 0.1)
+    assert rig.panel.pixel_pitch_um == pytest.approx(RIG.panel.pixel_pitch_um + 0.1)
+    assert rig.headset.lens_separation_mm == RIG.headset.lens_separation_mm + 0.5
+    assert rig.headset.lens_height_mm == RIG.headset.lens_height_mm + 0.5
+    assert rig.left == RIG.left
+    assert "9" in session.message
     assert press_of("1", aligning=True) == press_of("1", aligning=False)
+    assert pressed(session, "g", "g", "g", "g").is_aligning is None
+    assert pressed(session, *["ctrl+z"] * 9).rig == RIG
 
 
 _CHORDS = [

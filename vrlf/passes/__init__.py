@@ -16,6 +16,7 @@ tabulate   ``RowBuilder``: the operator's rows, traced a piece at a time
 phases     rows of the operator by phase: how fine, turned about, packed
 pixels     rows of single pixels, behind perpendicular walls
 encode     ``Encode``: linear light to 8-bit sRGB
+alignment  ``Alignment``: screens that show how array, panel and lenses stand
 show       ``Show``: pictures as a window shows them
 ========== =====================================================================
 

@@ -11,6 +11,7 @@ optimal    ``vrlf/solve``: the optimal prefilter, each pixel's row traced by its
 converged  ``vrlf/solve``: the bounded optimum itself, by float64 matrices, proved
 panorama   ``shaders/scene/panorama.comp``: the world all around from a picture
 encode     ``shaders/encode.comp``: linear light to 8-bit sRGB
+alignment  ``shaders/alignment.comp``: screens for aligning
 show       ``shaders/show.comp``: what a rectangle of a window shows
 ========== ======================================================================
 """

@@ -211,13 +211,19 @@ class Stream:
         elif not self._shows_target:
             self._forward.run(tables, self._wanted_light, self.panel)
 
-    def look(self, exposure: Exposure = "auto", patch: Patch = WHOLE) -> None:
-        """Compute what both eyes see of the panel image."""
+    def look(
+        self,
+        exposure: Exposure = "auto",
+        patch: Patch = WHOLE,
+        panel: Texture | None = None,
+    ) -> None:
+        """Compute what both eyes see of the panel image, or of another one that it shows."""
         factor = exposure_factor(self.rig, exposure)
         tables = self._present["rays"].item
         if tables is None:
             raise ValueError("stream: found a look without rays, wanted Stream(..., rays=N)")
-        self._perceive.run(tables, self.panel, self.seen, exposure=factor, patch=patch)
+        shown = self.panel if panel is None else panel
+        self._perceive.run(tables, shown, self.seen, exposure=factor, patch=patch)
 
     def look_uncorrected(self, patch: Patch = WHOLE) -> None:
         """Compute what both eyes see of the target itself on a panel without an array."""

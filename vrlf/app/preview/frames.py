@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 from vrlf.app.preview.layout import Placed, needed
@@ -12,8 +12,11 @@ from vrlf.app.preview.pacing import Effort
 from vrlf.errors import VrlfError
 from vrlf.gpu import Device, FrameTimers, Texture
 from vrlf.model import Rig
+from vrlf.optics.alignment import AlignmentScreen
 from vrlf.optics.tile import Tile
 from vrlf.optics.viewport import viewport
+from vrlf.passes.alignment import Alignment
+from vrlf.passes.perceive import Patch
 from vrlf.passes.show import Show, Shown
 from vrlf.renderer import Stream
 from vrlf.renderer.live import Live
@@ -28,14 +31,26 @@ _SOLVING_MS, _LOOKING_MS = 60.0, 40.0
 _SETTLING_FRAMES = 24
 _LEAST_RAYS = 8
 LOOKS = ("perceived", "uncorrected")
+# The alignment screen that is a target: its lines are to be seen sharp. The others go straight onto
+# the panel.
+_SEEN_SHARP: AlignmentScreen = "separation"
 
 
 @dataclass(frozen=True)
 class Moment:
-    """What a frame's target depends on, beside the rig."""
+    """What a frame depends on, beside the rig.
+
+    Attributes
+    ----------
+    time_s : float
+    head : HeadPose
+    screen : str or None
+        The alignment screen that takes the panel image's place.
+    """
 
     time_s: float = 0.0
     head: HeadPose = field(default_factory=HeadPose)
+    screen: AlignmentScreen | None = None
 
 
 class Frames:
@@ -60,7 +75,8 @@ class Frames:
         self._canvas: Texture | None = None
         self._back: Texture | None = None
         self._drawn: Any = None
-        self._panel_of: Rig | None = None
+        self._panel_of: Any = None
+        self._aligned: Texture | None = None
         self._settled = 0
         # Counts what was computed; what was shown of it last is not shown again.
         self._version = 0
@@ -74,6 +90,7 @@ class Frames:
                 Stream(device, _quick(first), rays=rays, uncorrected=True)
             )
             self._show: Show = self._own(Show(device))
+            self._alignment: Alignment = self._own(Alignment(device))
         except BaseException:
             self.release()
             raise
@@ -167,7 +184,8 @@ class Frames:
         with self.timers.measure("target"):
             is_new = self._target(rig, moment)
         with self.timers.measure("prefilter"):
-            self._panel(rig, is_new)
+            on_panel = None if moment.screen == _SEEN_SHARP else moment.screen
+            self._panel(rig, is_new, on_panel)
         with self.timers.measure("perceive"):
             self._look(sorted(wanted & self._looks.keys()))
         shown = (tiles, window_px, fade, self._version)
@@ -196,45 +214,74 @@ class Frames:
         # A prescription alone changes nothing of what is meant to be seen.
         time_s = moment.time_s if self._live.has_time else None
         head = moment.head if self._live.has_head else None
-        given = (rig.panel, rig.headset, rig.array, time_s, head)
+        is_screen = moment.screen == _SEEN_SHARP
+        given = (rig.panel, rig.headset, rig.array, is_screen or (time_s, head))
         if given == self._drawn:
             return False
-        self._live.draw(self.stream.target, rig, time_s=moment.time_s, head=moment.head)
+        target = self.stream.target
+        if is_screen:
+            self._alignment.run(rig, _SEEN_SHARP, target)
+        else:
+            self._live.draw(target, rig, time_s=moment.time_s, head=moment.head)
         self._drawn = given
         self._version += 1
         return True
 
-    def _panel(self, rig: Rig, is_new_target: bool) -> None:
+    def _panel(self, rig: Rig, is_new_target: bool, screen: AlignmentScreen | None) -> None:
         """Prefilter what is new; solve on where a still picture can still gain."""
-        if not is_new_target and rig == self._panel_of:
-            if not self._is_settling(rig):
+        if not is_new_target and (rig, screen) == self._panel_of:
+            if screen is not None or not self._is_settling(rig):
                 return
             self._settled += 1
         else:
             self._settled = 0
-        self.stream.show()
+        if screen is None:
+            self._drop_aligned()
+            self.stream.show()
+        else:
+            self._align(rig, screen)
         self._version += 1
-        self._panel_of = rig
+        self._panel_of = (rig, screen)
         view = viewport(rig, "left")
         for look in self._looks.values():
             look.restart((view.width_px, view.height_px))
 
+    def _align(self, rig: Rig, screen: AlignmentScreen) -> None:
+        """The alignment screen as the panel image, past every prefilter."""
+        size = self.stream.panel.size_px
+        if self._aligned is None or self._aligned.size_px != size:
+            self._drop_aligned()
+            self._aligned = Texture(self._device, size, label="alignment screen")
+        self._alignment.run(rig, screen, self._aligned)
+
+    def _drop_aligned(self) -> None:
+        _release(self._aligned)
+        self._aligned = None
+
     def _is_settling(self, rig: Rig) -> bool:
-        return rig.prefilter.method == "optimal" and self._settled < _SETTLING_FRAMES
+        return (
+            rig.prefilter.method == "optimal"
+            and self._aligned is None
+            and self._settled < _SETTLING_FRAMES
+        )
 
     def _look(self, names: list[str]) -> None:
         """Look at what is wanted: whole on a GPU, else for a while; anew only the coarsest."""
         coming = [name for name in names if not self._looks[name].is_done]
         is_new = any(self._looks[name].stride == 0 for name in coming)
         for name in coming:
-            compute = self.stream.look if name == "perceived" else self.stream.look_uncorrected
-            run = partial(_with_patch, compute)
+            run: Callable[[Patch], None] = (
+                self._look_at_panel if name == "perceived" else self.stream.look_uncorrected
+            )
             self._version += 1
             if not self.is_software:
                 self._looks[name].whole(run)
             else:
                 budget_ms = 0.0 if is_new else _LOOKING_MS / len(coming)
                 self._looks[name].advance(run, budget_ms)
+
+    def _look_at_panel(self, patch: Patch) -> None:
+        self.stream.look(patch=patch, panel=self._aligned)
 
     def put(
         self, tiles: tuple[Placed, ...], window_px: tuple[int, int], *, fade: float = 0.0
@@ -268,13 +315,16 @@ class Frames:
         if name in self._looks:
             light = self.stream.seen if name == "perceived" else self.stream.seen_uncorrected
             return Shown(light, max(self._looks[name].stride, 1))
-        return Shown(self.stream.panel if name == "panel" else self.stream.target)
+        if name == "panel":
+            return Shown(self._aligned or self.stream.panel)
+        return Shown(self.stream.target)
 
     def release(self) -> None:
         """Give everything back but device and live; the second call does nothing."""
         for canvas in (self._canvas, self._back):
             _release(canvas)
         self._canvas = self._back = None
+        self._drop_aligned()
         self._owned.close()
 
 
@@ -284,10 +334,6 @@ def _quick(rig: Rig) -> Rig:
         return rig
     forward = rig.prefilter.model_copy(update={"method": "forward"})
     return rig.model_copy(update={"prefilter": forward})
-
-
-def _with_patch(compute: Any, patch: Any) -> None:
-    compute(patch=patch)
 
 
 def _release(canvas: Texture | None) -> None:

@@ -126,7 +126,7 @@ GROUPS: tuple[Group, ...] = (
     ),
     Group(
         "Alignment (arrows, brackets, comma and point then move the array)",
-        (Key("g", "alignment", "next alignment screen: null, moire, pitch, separation, off"),),
+        (Key("g", "alignment", "next alignment screen: fringes (2), pitch, separation, off"),),
     ),
 )
 

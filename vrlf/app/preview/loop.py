@@ -268,7 +268,7 @@ class Preview:
             # Programs are compiled when first needed: the wall needs those of every view.
             size = self._window.size_px
             wall = placed(replace(self.session, view="wall"), size)
-            frames.draw(wall, size, Moment(self._time_s, self.session.head))
+            frames.draw(wall, size, self._moment())
         except Exception:
             frames.release()
             raise
@@ -306,7 +306,7 @@ class Preview:
     def _frame(self, tiles: tuple[Placed, ...], size: tuple[int, int], passed_s: float) -> bool:
         """Draw into the window; whether the next frame would differ by itself."""
         guard = self._guard
-        moment = Moment(self._time_s, self.session.head)
+        moment = self._moment()
         try:
             self._frames.want(self.session.rig)
             # Back from grey, if it was there: not at once either.
@@ -323,6 +323,9 @@ class Preview:
             self._say("it works again")
         is_moving = self.session.is_playing and self._live.has_time
         return has_more or is_moving or level > 0.0
+
+    def _moment(self) -> Moment:
+        return Moment(self._time_s, self.session.head, self.session.is_aligning)
 
     def _accept_failure(self) -> None:
         failure = self._frames.take_failure()

@@ -10,10 +10,13 @@ from typing import Any, Literal
 from vrlf.app.preview.keys import Press
 from vrlf.app.preview.steps import (
     BOTH,
+    NUDGES,
     STEPS,
     Side,
+    alignment_words,
     brightened,
     cycled,
+    nudged,
     prescribed,
     stepped_eye,
     with_eye,
@@ -21,6 +24,7 @@ from vrlf.app.preview.steps import (
 )
 from vrlf.errors import InputError
 from vrlf.model import Rig
+from vrlf.optics.alignment import ALIGNMENT_SCREENS, AlignmentScreen
 from vrlf.scene import HeadPose
 
 View = Literal["panel", "perceived", "uncorrected", "target", "difference", "compare", "wall"]
@@ -43,8 +47,6 @@ COMPARISONS: tuple[tuple[View, View], ...] = (
 )
 Eyes = Literal["both", "left", "right"]
 _EYES: tuple[Eyes, ...] = ("both", "left", "right")
-# What alignment screens there are, in the order of the key; None is off.
-SCREENS: tuple[str, ...] = ("null", "moire", "pitch", "separation")
 METHODS = ("forward", "optimal", "none")
 ARRAYS = ("microlens", "pinhole", "none")
 BARRIERS = ("none", "perpendicular", "converging")
@@ -77,7 +79,7 @@ class Session:
         The place of the panel's raster in the view's middle; None is its own middle.
     head : HeadPose
     is_playing : bool
-    is_aligning : str or None
+    is_aligning : AlignmentScreen or None
         The alignment screen that is shown.
     past, future : tuple of Rig
         For undo and redo.
@@ -98,7 +100,7 @@ class Session:
     middle: tuple[float, float] | None = None
     head: HeadPose = field(default_factory=HeadPose)
     is_playing: bool = True
-    is_aligning: str | None = None
+    is_aligning: AlignmentScreen | None = None
     has_loupe: bool = False
     has_help: bool = False
     has_panels: bool = True
@@ -267,15 +269,29 @@ def _toggle(name: str) -> Callable[[Session, Press], Session]:
 
 
 def _align(session: Session, _: Press) -> Session:
-    order: tuple[str | None, ...] = (*SCREENS, None)
+    order: tuple[AlignmentScreen | None, ...] = (*ALIGNMENT_SCREENS, None)
     now = order.index(session.is_aligning)
     after = order[(now + 1) % len(order)]
-    told = f"alignment: {after}" if after else "alignment: off"
-    return replace(session, is_aligning=after, message=told)
+    return replace(session, is_aligning=after, message=_SCREEN_WORDS[after])
 
 
 def _home(session: Session, _: Press) -> Session:
     return replace(session, head=HeadPose(), message="straight ahead")
+
+
+_SCREEN_WORDS: Mapping[AlignmentScreen | None, str] = {
+    None: "alignment: off",
+    "fringes": "fringes: move the array left, right until both halves' bright bars meet",
+    "fringes up": "fringes: move the array down, up until both halves' bright bars meet",
+    "pitch": "pitch: hold a bank card against the panel; k, i change the pixel pitch",
+    "separation": "separation: change it (j, l) until the lines of both eyes are one",
+}
+
+
+def _nudge(session: Session, press: Press) -> Session:
+    what, steps = press.key.action, press.key.amount
+    after = attempted(session, lambda rig: nudged(rig, what, steps, fine=press.fine))
+    return replace(after, message=f"{what.removeprefix('align_')}: {alignment_words(after.rig)}")
 
 
 _ACTIONS: Mapping[str, Callable[[Session, Press], Session]] = {
@@ -302,6 +318,7 @@ _ACTIONS: Mapping[str, Callable[[Session, Press], Session]] = {
     "help": _toggle("has_help"),
     "play": _toggle("is_playing"),
     "alignment": _align,
+    **dict.fromkeys(NUDGES, _nudge),
     "home": _home,
 }
 # What the window itself does: it takes files, the clock, the screen or keys that are held.
@@ -310,8 +327,6 @@ WINDOW_ACTIONS = frozenset(
         "walk_ahead", "walk_left", "walk_back", "walk_right",
         "seek", "rewind", "shaders", "fullscreen", "monitor", "screenshot", "screenshot_all",
         "save", "reload", "leave",
-        "align_x", "align_y", "align_turn", "align_scale", "align_pixel",
-        "align_separation", "align_height",
     }
 )  # fmt: skip
 SESSION_ACTIONS = frozenset(_ACTIONS) | (frozenset(STEPS) - {"brightness"})

@@ -141,3 +141,38 @@ def cycled(rig: Rig, table: str, key: str, choices: tuple[str, ...]) -> Rig:
     if failure is not None:
         raise failure
     return rig
+
+
+# Table and key of what alignment moves, which of two numbers where there are two, and how far.
+NUDGES: Mapping[str, tuple[str, str, int | None, Step]] = {
+    "align_x": ("array", "offset_um", 0, Step(10.0, 1.0, -1e6, 1e6)),
+    "align_y": ("array", "offset_um", 1, Step(10.0, 1.0, -1e6, 1e6)),
+    "align_turn": ("array", "rotation_deg", None, Step(0.1, 0.01, -360.0, 360.0)),
+    "align_scale": ("array", "pitch_um", None, Step(0.1, 0.01, 1.0, 1e5)),
+    "align_pixel": ("panel", "pixel_pitch_um", None, Step(0.1, 0.01, 0.5, 1e4)),
+    "align_separation": ("headset", "lens_separation_mm", None, Step(0.5, 0.1, 0.0, 1000.0)),
+    "align_height": ("headset", "lens_height_mm", None, Step(0.5, 0.1, -1000.0, 1000.0)),
+}
+
+
+def nudged(rig: Rig, what: str, steps: float, *, fine: bool) -> Rig:
+    """The rig with panel, array or lenses some steps on from where they were thought to be."""
+    table, key, part, step = NUDGES[what]
+    value = getattr(getattr(rig, table), key)
+    if part is None:
+        return altered(rig, {table: {key: step.moved(value, steps, fine=fine)}})
+    both = list(value)
+    both[part] = step.moved(both[part], steps, fine=fine)
+    return altered(rig, {table: {key: both}})
+
+
+def alignment_words(rig: Rig) -> str:
+    """All that alignment moves, in one line."""
+    array, headset = rig.array, rig.headset
+    x, y = array.offset_um
+    return (
+        f"array at {x:g}, {y:g} um, turned {array.rotation_deg:g} deg, "
+        f"pitch {array.pitch_um:g} um; "
+        f"pixels {rig.panel.pixel_pitch_um:g} um; lenses {headset.lens_separation_mm:g} mm apart, "
+        f"{headset.lens_height_mm:g} mm up"
+    )
