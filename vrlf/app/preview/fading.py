@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack, suppress
 from typing import Any
 
 import numpy as np
@@ -78,12 +79,12 @@ class Guard:
         held = self._held
         if held is None or held.shape[1::-1] != size_px:
             held, level = np.zeros((size_px[1], size_px[0], 4), np.uint8), 1.0
-        canvas = Texture(self._device, size_px, kind="f1", label="held picture")
-        try:
+        # A GPU that fails at this too is tried again, until ``caught`` calls it lost.
+        with suppress(DeviceError), ExitStack() as owned:
+            canvas = Texture(self._device, size_px, kind="f1", label="held picture")
+            owned.callback(canvas.release)
             canvas.write(faded(held, level))
             show_on_screen(self._device, canvas)
-        finally:
-            canvas.release()
         return level < 1.0
 
     def _is_lost(self) -> bool:
