@@ -136,7 +136,7 @@ def small(preview: Preview, window: Window, device: Device, live: Known) -> dict
     return {"drawn_meanwhile": drawn, "drawn_after": live.drawn - before}
 
 
-def long(preview: Preview, _window: Window, device: Device, live: Known) -> dict[str, Any]:
+def long(preview: Preview, window: Window, device: Device, live: Known) -> dict[str, Any]:
     """Many frames, every tenth with another prescription; the picture moves all the time.
 
     Each frame belongs to the prescription that was wanted when it began, wholly: the panel
@@ -153,6 +153,7 @@ def long(preview: Preview, _window: Window, device: Device, live: Known) -> dict
                 preview.session = replace(preview.session, rig=RIG.model_copy(update={"left": eye}))
             view: Any = views[index // 100 % len(views)]
             preview.session = replace(preview.session, view=view, message="")
+            window.wait(0.0)
             preview.turn(300.0 + index * FRAME_S, FRAME_S)
             late += preview._frames.rig.left != preview.session.rig.left
             if view == "panel" and index % 10 == 0:

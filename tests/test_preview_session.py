@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pass_rigs
@@ -10,7 +11,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrlf.app.preview.keys import ALIGNMENT, EVERY_GROUP, GROUPS, Key, Press, help_lines, press_of
+from vrlf.app.preview.keys import (
+    ALIGNMENT,
+    EVERY_GROUP,
+    GROUPS,
+    Key,
+    Press,
+    help_lines,
+    markdown,
+    press_of,
+)
 from vrlf.app.preview.session import (
     ARRAYS,
     COMPARISONS,
@@ -274,3 +284,7 @@ def test_every_step_is_known() -> None:
         assert isinstance(given[name], Key)
         assert Press(given[name], fine=True).key.finer
     assert replace(fresh(), message="x").message == "x"
+
+
+def test_the_readme_has_the_table_of_keys(repo_root: Path) -> None:
+    assert markdown() in (repo_root / "README.md").read_text()

@@ -14,13 +14,9 @@ def show_on_screen(device: Device, canvas: Texture) -> None:
 
     What is drawn afterwards, by whomever, goes onto the window too.
     """
-    frame = canvas.as_framebuffer(None)
     screen = device.context.detect_framebuffer(0)
-    try:
-        device.context.copy_framebuffer(screen, frame)
-        screen.use()
-    finally:
-        frame.release()
+    device.context.copy_framebuffer(screen, canvas.as_source())
+    screen.use()
     device.check("showing the window")
 
 

@@ -118,7 +118,9 @@ class Panels:
     def end(self) -> None:
         """Draw them into the window."""
         imgui.render()
-        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
+        drawn = imgui.get_draw_data()
+        if drawn.total_vtx_count > 0:  # its backend makes a vertex array for each frame
+            imgui.backends.opengl3_render_draw_data(drawn)
 
     def _labels(self, tiles: Sequence[Placed]) -> None:
         """The wall's tiles have their names in a corner."""
