@@ -171,7 +171,7 @@ class DrawPass:
             assemble(name, shaders_dir(), defines=defines, virtual=virtual)
             for name in (vertex, fragment)
         ]
-        self._program = _linked(device, sources[0], sources[1], self._shader)
+        self._program = linked(device, sources[0], sources[1], self._shader)
         self._uniforms = device.context.buffer(reserve=block.dtype.itemsize)
         self._ticket = device.enlist(f"pass {self._shader}", block.dtype.itemsize)
         try:
@@ -244,7 +244,8 @@ def _fed(dtype: np.dtype[Any], wanted: set[str], per: str) -> tuple[str, ...]:
     return (" ".join(parts) + per, *names)
 
 
-def _linked(device: Device, vertex: Source, fragment: Source, shader: str) -> Any:
+def linked(device: Device, vertex: Source, fragment: Source, shader: str) -> Any:
+    """A program for drawing, or the compiler's message."""
     try:
         program = device.context.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
     except Exception as error:  # moderngl.Error, with the compiler's log in its text

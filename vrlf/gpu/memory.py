@@ -46,7 +46,6 @@ class Texture:
         self._device, self.size_px, self.components, self.kind = device, size_px, components, kind
         self._dtype = np.dtype(_NUMPY[kind])
         self._label = label
-        self._frame: Any = None
         try:
             self._texture = device.context.texture(size_px, components, dtype=kind, alignment=1)
         except Exception as error:
@@ -83,7 +82,6 @@ class Texture:
         made = cls.__new__(cls)
         made._device, made.size_px, made.components = device, (width, height), 4
         made.kind, made._dtype, made._label = "f1", np.dtype(np.uint8), label
-        made._frame = None
         data = np.ascontiguousarray(codes).tobytes()
         try:
             made._texture = device.context.texture(
@@ -150,12 +148,6 @@ class Texture:
         """A framebuffer that draws into this texture; its maker releases it."""
         return self._device.context.framebuffer([self._texture], depth)
 
-    def as_source(self) -> Any:
-        """A framebuffer to copy from; the texture keeps it: drivers grow by what is made anew."""
-        if self._frame is None:
-            self._frame = self.as_framebuffer(None)
-        return self._frame
-
     @property
     def handle(self) -> int:
         """OpenGL's own number, for a window that shows it."""
@@ -164,9 +156,6 @@ class Texture:
     def release(self) -> None:
         """Give the memory back; the second call does nothing."""
         if self._ticket:
-            if self._frame is not None:
-                self._device.rest()
-                self._frame.release()
             self._texture.release()
             self._device.strike(self._ticket)
             self._ticket = 0

@@ -1,23 +1,52 @@
-"""The window's own framebuffer: copied onto, drawn onto by others, read back."""
+"""The window's own framebuffer: drawn onto by us, then by others, and read back."""
 
 from __future__ import annotations
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from vrlf.gpu.device import Device
+from vrlf.gpu.draw import linked
 from vrlf.gpu.memory import Texture
+from vrlf.gpu.sources import assemble
+from vrlf.resources import shaders_dir
 
 
-def show_on_screen(device: Device, canvas: Texture) -> None:
-    """Copy a picture of the window's size (kind f1, row 0 the lowest), pixel for pixel.
+class Screen:
+    """Owns the program that brings a picture onto the window of the device's context.
 
-    What is drawn afterwards, by whomever, goes onto the window too.
+    It draws: a driver's copying may take a megabyte after some thousand frames.
     """
-    screen = device.context.detect_framebuffer(0)
-    device.context.copy_framebuffer(screen, canvas.as_source())
-    screen.use()
-    device.check("showing the window")
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        vertex, fragment = (assemble(f"screen.{end}", shaders_dir()) for end in ("vert", "frag"))
+        self._program = linked(device, vertex, fragment, "screen.vert + screen.frag")
+        self._feed = device.context.vertex_array(self._program, [])
+        self._ticket = device.enlist("pass screen.vert + screen.frag", 0)
+
+    def show(self, canvas: Texture) -> None:
+        """Draw a picture of the window's size (kind f1, row 0 the lowest), pixel for pixel.
+
+        What is drawn afterwards, by whomever, goes onto the window too.
+        """
+        context = self._device.context
+        screen = context.detect_framebuffer(0)
+        screen.use()
+        screen.viewport = (0, 0, *canvas.size_px)
+        context.enable_only(moderngl.NOTHING)
+        canvas.bind_sampler(0)
+        self._feed.render(moderngl.TRIANGLES, vertices=3)
+        self._device.check("showing the window")
+
+    def release(self) -> None:
+        """Give the program back; the second call does nothing."""
+        if self._ticket:
+            self._feed.release()
+            self._program.release()
+            self._device.strike(self._ticket)
+            self._ticket = 0
 
 
 def read_screen(device: Device, size_px: tuple[int, int]) -> NDArray[np.uint8]:

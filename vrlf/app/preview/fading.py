@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vrlf.errors import DeviceError, VrlfError
 from vrlf.gpu import Device, Texture
-from vrlf.gpu.screen import show_on_screen
+from vrlf.gpu.screen import Screen
 from vrlf.optics.tile import GREY_CODE
 
 # From a picture to grey or back: more than the 200 ms under which a change is a flash.
@@ -43,8 +43,8 @@ class Guard:
         What is wrong now.
     """
 
-    def __init__(self, device: Device) -> None:
-        self._device = device
+    def __init__(self, device: Device, screen: Screen) -> None:
+        self._device, self._screen = device, screen
         self._held: NDArray[np.uint8] | None = None
         self._in_a_row = 0
         self.fade = Fade()
@@ -84,7 +84,7 @@ class Guard:
             canvas = Texture(self._device, size_px, kind="f1", label="held picture")
             owned.callback(canvas.release)
             canvas.write(faded(held, level))
-            show_on_screen(self._device, canvas)
+            self._screen.show(canvas)
         return level < 1.0
 
     def _is_lost(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,7 +25,7 @@ from vrlf.app.preview.panels import Panels, Status
 from vrlf.app.preview.session import Session, act, walked
 from vrlf.errors import VrlfError
 from vrlf.gpu import Device
-from vrlf.gpu.screen import read_screen, show_on_screen
+from vrlf.gpu.screen import Screen, read_screen
 from vrlf.gpu.window import Window, monitors
 from vrlf.renderer.live import Live
 
@@ -71,7 +72,6 @@ class Preview:
         self.monitor = opening.monitor
         self._chords: deque[tuple[str, bool]] = deque()
         self._time_s = 0.0
-        self._guard = Guard(device)
         self._live_fault: str | None = None
         self._awake = _WAKE_FRAMES
         self._last_watch_s = 0.0
@@ -79,11 +79,16 @@ class Preview:
         self._pending: list[Callable[[], None]] = []
         # The window's own key callback comes first; ImGui's chains to it.
         window.on_key(self._key)
-        self._panels = Panels(window)
+        self._owned = ExitStack()
         try:
+            self._panels = Panels(window)
+            self._owned.callback(self._panels.release)
+            self._screen = Screen(device)
+            self._owned.callback(self._screen.release)
+            self._guard = Guard(device, self._screen)
             self._frames = Frames(device, session.rig, live, rays=opening.rays)
         except BaseException:
-            self._panels.release()
+            self._owned.close()
             raise
         if self._frames.is_software:
             live.ease(1)
@@ -312,7 +317,7 @@ class Preview:
             # Back from grey, if it was there: not at once either.
             level = guard.fade.level if guard.fault else guard.fade.step(passed_s, is_faulty=False)
             has_more = self._frames.draw(self._with_loupe(tiles, size), size, moment, fade=level)
-            show_on_screen(self._device, self._frames.canvas)
+            self._screen.show(self._frames.canvas)
         except Exception as error:
             told = guard.caught(error, self._frames.last_canvas)
             if told is not None:
@@ -363,7 +368,7 @@ class Preview:
     def release(self) -> None:
         """Give frames and panels back."""
         self._frames.release()
-        self._panels.release()
+        self._owned.close()
 
 
 def _key_of(name: str) -> Any:
