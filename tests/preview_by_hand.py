@@ -139,8 +139,8 @@ def small(preview: Preview, window: Window, device: Device, live: Known) -> dict
 def long(preview: Preview, window: Window, device: Device, live: Known) -> dict[str, Any]:
     """Many frames, every tenth with another prescription; the picture moves all the time.
 
-    Each frame belongs to the prescription that was wanted when it began, wholly: the panel
-    image is held against a renderer's own, the perceived views against the eye that stays.
+    Each frame belongs to the prescription that was wanted when it began, wholly: its eyes are those
+    of the session, and the panel image is held against a renderer's own.
     """
     frames, views = int(sys.argv[2]), ("panel", "perceived", "compare", "wall")
     preview._clock.period_ms = 0.01  # no display to wait for
@@ -158,7 +158,7 @@ def long(preview: Preview, window: Window, device: Device, live: Known) -> dict[
             late += preview._frames.rig.left != preview.session.rig.left
             if view == "panel" and index % 10 == 0:
                 light = light_at(RIG, preview._time_s, preview.session.head)
-                wanted = renderer.encode(renderer.prefilter(light, preview.session.rig))
+                wanted = renderer.encode(renderer.prefilter(light, preview._frames.rig))
                 shown = preview._frames.canvas.read()[::-1, :, :3]
                 mixed += bool((shown != wanted).any())
             if index + 1 in (1000, frames):

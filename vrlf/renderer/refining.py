@@ -12,16 +12,16 @@ from math import ceil
 
 from vrlf.passes.perceive import Patch
 
-COARSEST = 8
-# Of the whole work: what one piece has, about.
-_SHARE = COARSEST**2
+COARSEST = 16
+# Of the whole work: what one of the further pieces has, about.
+_SHARE = 64
 
 
 def refining_patches(view_px: tuple[int, int]) -> Iterator[tuple[int, Patch]]:
     """Patches that fill a viewport, and the stride at which it is whole before each.
 
-    The first patch is the coarsest grid. Each further level adds the three grids between
-    (Adam 7's order, PNG third edition 8.2), in bands of about as many pixels as the first.
+    The first patch is the coarsest grid, 1/256 of the pixels. Each further level adds the three
+    grids between (Adam 7's order, PNG third edition 8.2), in bands of some 1/64.
     """
     stride = COARSEST
     yield 0, Patch((0, 0), stride)

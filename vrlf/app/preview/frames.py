@@ -87,7 +87,7 @@ class Frames:
         try:
             self.timers = FrameTimers(device)
             self.stream: Stream = self._own(
-                Stream(device, _quick(first), rays=rays, uncorrected=True)
+                Stream(device, self._quick(first), rays=rays, uncorrected=True)
             )
             self._show: Show = self._own(Show(device))
             self._alignment: Alignment = self._own(Alignment(device))
@@ -113,6 +113,12 @@ class Frames:
     def is_standing_in(self) -> bool:
         """Whether ``forward`` is shown until what was asked for is made."""
         return self.stream.rig.prefilter.method != self._wanted.prefilter.method
+
+    @property
+    def is_sampled_coarsely(self) -> bool:
+        """Whether ``forward`` takes fewer samples of each sub-pixel than it will."""
+        there, wanted = self.stream.rig.prefilter, self._wanted.prefilter
+        return there.method == "forward" and there.subpixel_grid < wanted.subpixel_grid
 
     @property
     def canvas(self) -> Texture:
@@ -159,8 +165,19 @@ class Frames:
         has_tables = there.prefilter.method == "optimal" and (
             operator_key(there) == operator_key(self._wanted)
         )
-        first = self._wanted if has_tables else _quick(self._wanted)
+        first = self._wanted if has_tables else self._quick(self._wanted)
         self.stream.change(first, rays=rays, at_once=True)
+
+    def _quick(self, rig: Rig) -> Rig:
+        """The rig with a prefilter whose tables are there at once."""
+        given = rig.prefilter
+        change: dict[str, Any] = {}
+        if given.method == "optimal":
+            change["method"] = "forward"
+        if self.is_software and given.method != "none" and rig.array.kind != "none":
+            # A sample for each sub-pixel: what is finer comes with the next frames.
+            change["subpixel_grid"] = 1
+        return rig.model_copy(update={"prefilter": given.model_copy(update=change)})
 
     def _streamed(self, rig: Rig) -> Rig:
         """The rig with as many steps, or as much time for them, as a frame has."""
@@ -326,14 +343,6 @@ class Frames:
         self._canvas = self._back = None
         self._drop_aligned()
         self._owned.close()
-
-
-def _quick(rig: Rig) -> Rig:
-    """The rig with a prefilter whose tables are there at once."""
-    if rig.prefilter.method != "optimal":
-        return rig
-    forward = rig.prefilter.model_copy(update={"method": "forward"})
-    return rig.model_copy(update={"prefilter": forward})
 
 
 def _release(canvas: Texture | None) -> None:

@@ -349,6 +349,8 @@ class Preview:
         notes = []
         if self._frames.is_standing_in:
             notes.append("forward, until optimal is made")
+        elif self._frames.is_sampled_coarsely:
+            notes.append("panel: one sample a sub-pixel so far")
         for name in sorted(needed(tiles) & set(LOOKS)):
             stride = self._frames.stride_of(name)
             if stride > 1:
