@@ -25,7 +25,7 @@ from vrlf.app.preview.layout import placed
 from vrlf.app.preview.session import Session
 from vrlf.images import write_encoded
 from vrlf.model import Rig, load_rig, rig_from_tables
-from vrlf.optics.tile import BACKGROUND_CODE
+from vrlf.optics.tile import BACKGROUND_CODE, LINE_CODE
 
 # Two different eyes, an odd width.
 RIG = """extends = "two-eyes"  # a comment that stays
@@ -347,3 +347,43 @@ def test_without_a_display_one_line_says_so(folder: Path) -> None:
     assert result.returncode == 1
     assert len(result.stderr.splitlines()) == 1, result.stderr
     assert "no display" in result.stderr
+
+
+def test_the_mouse_divides_zooms_moves_and_looks(opened: Any, folder: Path, screen: Screen) -> None:
+    rig = load_rig(folder / "rig.toml")
+    window = opened(str(folder / "target.png"), "-r", str(folder / "rig.toml"), "--view", "compare")
+    lines = lambda: np.nonzero((window.shot()[240] == LINE_CODE).all(axis=1))[0].tolist()  # noqa: E731
+    window.eventually(lambda: lines() == [319, 320, 321], "the divider in the middle")
+    _drag(screen, "1", (321, 100), (161, 100))
+    window.eventually(lambda: lines() == [160, 161, 162], "the divider where it was dragged")
+    screen.keys("7", "z")
+    target = read_codes(folder / "target.png")
+    window.shows(expected_codes(rig, target, (640, 480)), "the target one to one")
+    screen.mouse("mousemove", "330", "236", "click", "--repeat", "6", "--delay", "120", "4")
+
+    def pixel_widths() -> set[int]:
+        row = window.shot()[241].astype(int)
+        return set(np.diff(np.nonzero((np.diff(row, axis=0) != 0).any(axis=1))[0]).tolist())
+
+    window.eventually(lambda: pixel_widths() == {12}, "twelve times the size")
+    large = window.shot()
+    _drag(screen, "1", (300, 300), (260, 290))
+    window.eventually(
+        lambda: np.array_equal(window.shot()[20:400, 20:400], large[30:410, 60:440]), "a move"
+    )
+    assert window.leave() == 0
+
+
+def _drag(screen: Screen, button: str, start: tuple[int, int], end: tuple[int, int]) -> None:
+    """In steps, as a hand does."""
+    x, y = start
+    screen.mouse("mousemove", str(x), str(y))
+    time.sleep(0.3)
+    screen.mouse("mousedown", button)
+    time.sleep(0.3)
+    for part in (0.25, 0.5, 0.75, 1.0):
+        at = (round(x + part * (end[0] - x)), round(y + part * (end[1] - y)))
+        screen.mouse("mousemove", str(at[0]), str(at[1]))
+        time.sleep(0.2)
+    screen.mouse("mouseup", button)
+    time.sleep(0.2)

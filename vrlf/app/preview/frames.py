@@ -26,7 +26,7 @@ from vrlf.scene import HeadPose
 
 # What a frame on software GL gives to the solver and to looking, so that a key is answered
 # within a quarter of a second.
-_SOLVING_MS, _LOOKING_MS = 60.0, 40.0
+_SOLVING_MS, _LOOKING_MS = 60.0, 20.0
 # A still picture is solved further in the frames that follow, until so many were shown.
 _SETTLING_FRAMES = 24
 _LEAST_RAYS = 8

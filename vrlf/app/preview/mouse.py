@@ -41,7 +41,9 @@ class Mouse:
         if panels.has_mouse or under is None:
             return session
         if io.mouse_wheel:
-            session = _zoomed_about(session, under, place, 1 if io.mouse_wheel > 0 else -1)
+            # Several notches may come in one frame, or a part of one from a touch pad.
+            steps = round(io.mouse_wheel) or (1 if io.mouse_wheel > 0.0 else -1)
+            session = _zoomed_about(session, under, place, steps)
         delta = (io.mouse_delta.x, io.mouse_delta.y)
         ratio = window.pixels_per_unit
         if io.mouse_down[_LEFT]:
