@@ -163,3 +163,17 @@ def test_a_place_that_cannot_hold_it(tmp_path: Path) -> None:
         "render", "scene", *LENSLETS, "--frames", "1", "-o", tmp_path / "x.mkv", "--format", "exr"
     )
     assert (outcome.status, len(outcome.lines)) == (2, 1)
+
+
+def test_files_of_the_users_are_never_taken_away(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    kept = ["panel_1_final.png", "target_2.png", "notes.txt"]
+    for name in (*kept, "panel_000007.png"):
+        (out / name).write_text(name)
+    outcome = call("render", *SCENE, "--frames", "1", "-o", out)
+    assert outcome.status == 2
+    assert "found numbered frames" in outcome.lines[-1]
+    assert sorted(bytes_of(out)) == sorted([*kept, "panel_000007.png"])
+    assert call("render", *SCENE, "--frames", "1", "-o", out, "--restart").status == 0
+    assert sorted(bytes_of(out)) == sorted([*kept, "panel_000001.png", "render.json"])

@@ -168,3 +168,17 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monke
     assert path.read_bytes() == b"older"
     with pytest.raises(OutputPathError, match="no folder"):
         FilmWriter(tmp_path / "no" / "made.mkv", (8, 8), 25.0)
+
+
+@pytest.mark.parametrize("rate_hz", [24.0, 30.0, 60.0, 30000 / 1001])
+def test_each_frame_is_shown_at_its_own_time(tmp_path: Path, rate_hz: float) -> None:
+    """Matroska rounds times to a millisecond: none is skipped and none shown twice for that."""
+    path = tmp_path / "made.mkv"
+    with FilmWriter(path, (16, 8), rate_hz) as film:
+        for index in range(40):
+            film.add(frame_codes(index, (16, 8)))
+    back = Film(path, layout="mono")
+    for index in (*range(40), 7, 2, 31):
+        np.testing.assert_array_equal(back.at(index / rate_hz)[0], frame_codes(index, (16, 8)))
+        assert back.is_same(index / rate_hz)
+    back.release()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -43,6 +44,7 @@ from vrlf.scene.path import HeadPath, head_at, load_path
 
 _MANIFEST = "render.json"
 _FILM = ".mkv"
+_OURS = re.compile(rf"({'|'.join(PICTURES)})_[0-9]{{6,}}\.(png|exr)")
 _LOOKS = frozenset({"perceived", "uncorrected"})
 
 
@@ -241,6 +243,11 @@ def _claim(folder: Path, job: Job, *, restart: bool) -> None:
                 "folder, or --restart"
             )
         return
+    if not restart and any(_frames_in(folder)):
+        raise OutputPathError(
+            f"{shown(folder)}: found numbered frames that no run has noted, wanted an empty "
+            "folder, or --restart, which takes them away"
+        )
     _empty(folder)
     atomic_write_text(manifest, job.manifest())
 
@@ -375,7 +382,12 @@ def _assemble(output: str, folder: Path, job: Job) -> list[str]:
 
 def _empty(folder: Path) -> None:
     """Take away the frames that earlier runs left."""
-    for what in PICTURES:
-        for ending in ("png", "exr"):
-            for old in folder.glob(f"{what}_[0-9]*.{ending}"):
-                old.unlink()
+    for old in list(_frames_in(folder)):
+        old.unlink()
+
+
+def _frames_in(folder: Path) -> Iterator[Path]:
+    """Files named as ours are, and no others: ``panel_1_final.png`` is the user's."""
+    for path in folder.iterdir():
+        if _OURS.fullmatch(path.name):
+            yield path

@@ -26,6 +26,8 @@ Codes = NDArray[np.uint8]
 _SEEK_S = 2.0
 # A film whose pictures end by this much before it says it ends was cut off; sound may last longer.
 _EARLY_S = 0.4
+# Half of Matroska's tick; where a tick is a whole frame, its times are not rounded.
+_ROUNDED_S = 0.0005
 # From this height on an untagged film is high definition, which is BT.709 (ITU-R BT.709-6).
 _HD_HEIGHT = 720
 _UNTAGGED = 2  # ITU-T H.273, matrix coefficients "unspecified"
@@ -85,6 +87,8 @@ class Film:
             raise ImageReadError(f"{self._name}: found no whole frame in it, wanted a film")
         self._start_s = float(first.time or 0.0)
         self._now, self._ahead = first, next(self._frames, None)
+        # Containers round times to ticks (Matroska to 1 ms): a frame that is due is not late.
+        self._slack_s = min(0.5 * float(self._stream.time_base or 0.0), _ROUNDED_S) + 1e-6
         picture = _codes(first)
         self.size_px = (picture.shape[1], picture.shape[0])
         self.rate_hz = float(self._stream.average_rate or 25.0)
@@ -123,9 +127,9 @@ class Film:
             sRGB codes. Where the film is damaged, the last good frame.
         """
         wanted_s = self._start_s + max(time_s, 0.0)
-        if self._time_of(self._now) > wanted_s or self._is_far(wanted_s):
+        if self._time_of(self._now) > wanted_s + self._slack_s or self._is_far(wanted_s):
             self._seek(wanted_s)
-        while self._ahead is not None and self._time_of(self._ahead) <= wanted_s + 1e-6:
+        while self._ahead is not None and self._time_of(self._ahead) <= wanted_s + self._slack_s:
             self._now, self._ahead = self._ahead, next(self._frames, None)
         first, second = halves(_codes(self._now), self._layout, self._name)
         return (second, first) if self._cross_eyed else (first, second)
@@ -135,7 +139,7 @@ class Film:
         wanted_s = self._start_s + max(time_s, 0.0)
         begins_s = self._time_of(self._now)
         ends_s = self._time_of(self._ahead) if self._ahead is not None else float("inf")
-        return begins_s <= wanted_s + 1e-6 < ends_s and not self._is_far(wanted_s)
+        return begins_s <= wanted_s + self._slack_s < ends_s and not self._is_far(wanted_s)
 
     def _is_far(self, wanted_s: float) -> bool:
         return self._ahead is not None and wanted_s > self._time_of(self._ahead) + _SEEK_S
