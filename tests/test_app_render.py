@@ -177,3 +177,11 @@ def test_files_of_the_users_are_never_taken_away(tmp_path: Path) -> None:
     assert sorted(bytes_of(out)) == sorted([*kept, "panel_000007.png"])
     assert call("render", *SCENE, "--frames", "1", "-o", out, "--restart").status == 0
     assert sorted(bytes_of(out)) == sorted([*kept, "panel_000001.png", "render.json"])
+
+
+@pytest.mark.parametrize("source", ["nosuch.png", "http://127.0.0.1:9/film.mp4", "n" * 400])
+def test_a_source_that_is_not_there_leaves_nothing(tmp_path: Path, source: str) -> None:
+    outcome = call("render", source, *LENSLETS, "--frames", "1", "-o", tmp_path / "out")
+    assert outcome.status == 2
+    assert len(outcome.lines) == 1
+    assert not (tmp_path / "out").exists()

@@ -13,10 +13,10 @@ from typing import Any
 
 import click
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from vrlf.app.encoder import Encoder
 from vrlf.app.options import (
     json_option,
     put_json,
@@ -28,7 +28,13 @@ from vrlf.app.options import (
     whole_number,
 )
 from vrlf.app.preview.layout import PICTURES
-from vrlf.app.sources import SourceOptions, open_live, require_picture_size, source_options
+from vrlf.app.sources import (
+    SourceOptions,
+    open_live,
+    require_picture_size,
+    require_source,
+    source_options,
+)
 from vrlf.content.video import FilmWriter
 from vrlf.errors import InputError, OutputPathError
 from vrlf.files import atomic_write_text, check_target, make_folder, shown
@@ -36,7 +42,6 @@ from vrlf.gpu import Device, Texture
 from vrlf.images import read_codes, write_encoded, write_picture
 from vrlf.model import Rig
 from vrlf.model.saving import rig_text
-from vrlf.passes import Encode
 from vrlf.renderer import DEFAULT_RAYS, Stream
 from vrlf.renderer.live import Live
 from vrlf.scene import HeadPose
@@ -210,6 +215,10 @@ def render(
     if is_film and ending == "exr":
         raise InputError("--format: found exr for a film, wanted png, or a folder for the output")
     given = SourceOptions(**options)
+    require_source(source)
+    # A limit on time would make a frame depend on the machine's speed.
+    unhurried = rig.prefilter.model_copy(update={"budget_ms": None})
+    rig = rig.model_copy(update={"prefilter": unhurried})
     job = Job(
         rig, source, given, frames, rate_hz, start_s, path, whats, rays, f".{ending}"
     )  # fmt: skip
@@ -277,7 +286,7 @@ def _render(folder: Path, job: Job) -> int:
         stream = owned.enter_context(
             Stream(device, job.rig, rays=rays, uncorrected="uncorrected" in job.whats)
         )
-        encoder = _Encoder(device, job.rig)
+        encoder = Encoder(device, job.rig)
         owned.callback(encoder.release)
         for index in _told(missing):
             _frame(stream, live, job, index)
@@ -327,30 +336,7 @@ def _picture(stream: Stream, what: str) -> Texture:
             return stream.target
 
 
-class _Encoder:
-    """Owns the encode pass and the picture it writes into."""
-
-    def __init__(self, device: Device, rig: Rig) -> None:
-        size = (rig.panel.width_px, rig.panel.height_px)
-        self._code = Texture(device, size, kind="u1", label="encoded")
-        try:
-            self._encode = Encode(device)
-        except BaseException:
-            self._code.release()
-            raise
-
-    def codes(self, light: Texture) -> NDArray[np.uint8]:
-        """8-bit sRGB."""
-        self._encode.run(light, self._code)
-        return np.ascontiguousarray(self._code.read()[..., :3])
-
-    def release(self) -> None:
-        """Give both back."""
-        self._encode.release()
-        self._code.release()
-
-
-def _write(path: Path, light: Texture, encoder: _Encoder, job: Job) -> None:
+def _write(path: Path, light: Texture, encoder: Encoder, job: Job) -> None:
     if job.ending == ".exr":
         write_picture(path, np.asarray(light.read()[..., :3], np.float32))
     else:

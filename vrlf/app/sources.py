@@ -200,6 +200,13 @@ def _picture(source: str, rig: Rig, options: SourceOptions) -> StereoSource:
     return picture
 
 
+def require_source(source: str) -> None:
+    """Refuse a source that is not there, before anything is made for it."""
+    names = (SCENE, *SHIPPED_SCENES)
+    if not (_is_there(source) or source in names or is_chart(source)):
+        raise InputError(f"{shown(source)}: found no such file or scene, wanted one to show")
+
+
 def is_chart(source: str) -> bool:
     """Whether it names a chart."""
     return source.startswith(CHART_PREFIX)

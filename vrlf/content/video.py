@@ -67,7 +67,13 @@ class Film:
         self._name = shown(path)
         self.fault: str | None = None
         try:
-            self._container: Any = av.open(os.fspath(path))
+            is_file = Path(path).is_file()
+        except (OSError, ValueError):  # too long for a name, or with a NUL
+            is_file = False
+        if not is_file:  # FFmpeg would take some names for addresses, and wait for pipes
+            raise ImageReadError(f"{self._name}: found no such file, wanted a film")
+        try:
+            self._container: Any = av.open(f"file:{Path(path).resolve()}")
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise ImageReadError(f"{self._name}: found {_words(error)}, wanted a film") from None
         try:
