@@ -116,6 +116,36 @@ def test_shipped_rigs_are_never_written() -> None:
         save_rig(path, load_rig("pinhole"), path.read_text())
 
 
+def test_nor_through_a_link(tmp_path: Path) -> None:
+    from vrlf.model.shelf import shipped_rig
+
+    link, shipped = tmp_path / "link.toml", shipped_rig("pinhole")
+    link.symlink_to(shipped)
+    before = shipped.read_bytes()
+    rig = with_changes(load_rig(link), left={"pupil_mm": 4.25})
+    try:
+        with pytest.raises(InputError, match="shipped"):
+            save_rig(link, rig, link.read_text())
+    finally:
+        after = shipped.read_bytes()
+        shipped.write_bytes(before)
+    assert after == before
+
+
+def test_comments_stay_where_they_were(tmp_path: Path) -> None:
+    """A new key stands before what leads to the next table; array items keep theirs."""
+    text = (
+        'extends = "bare"\n[left]\nsphere_d = -1.0\n\n# The right eye.\n[right]\nsphere_d = -2.0\n'
+        "[array]\noffset_um = [\n  1.0, # right\n  2.0, # up\n]\n"
+    )
+    path = tmp_path / "own.toml"
+    path.write_text(text)
+    rig = with_changes(load_rig(path), left={"pupil_mm": 4.0}, array={"offset_um": [3.5, 2.0]})
+    after = save_rig(path, rig, text)
+    assert load_rig(path) == rig
+    assert after == text.replace("-1.0\n", "-1.0\npupil_mm = 4.0\n").replace("1.0, #", "3.5, #")
+
+
 def test_faults_are_one_line_and_leave_the_file(tmp_path: Path) -> None:
     path = tmp_path / "own.toml"
     for text in ("extends = \n", "[left\n", 'extends = "no-such-rig"\n', "[left]\nsphere = 1\n"):

@@ -8,6 +8,7 @@ from typing import Any
 
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
+from tomlkit.items import Comment, Table, Whitespace
 
 from vrlf.errors import InputError, RigError
 from vrlf.files import atomic_write_text, shown
@@ -90,7 +91,7 @@ def save_rig(path: Path, rig: Rig, text: str) -> str:
     ------
     RigError, OutputError, OutputPathError
     """
-    if is_shipped(path):
+    if is_shipped(path) or is_shipped(path.resolve()):
         raise InputError(f"{shown(path)}: found a shipped rig, wanted a file of your own")
     if read_text(path) != text:
         raise InputError(
@@ -127,7 +128,29 @@ def _change(document: MutableMapping[str, Any], before: Tables, after: Tables) -
                 document[key] = tomlkit.table()
             _change(document[key], before.get(key, {}), value)
         else:
-            document[key] = value
+            _set(document, key, value)
+
+
+def _set(document: MutableMapping[str, Any], key: str, value: Any) -> None:
+    """Set one key, every comment where it was."""
+    old = document.get(key)
+    if isinstance(old, list) and isinstance(value, list) and len(old) == len(value):
+        for index, part in enumerate(value):  # a comment may stand behind each
+            if old[index] != part:
+                old[index] = part
+    elif key in document or not isinstance(document, Table):
+        document[key] = value
+    else:
+        _append(document, key, value)
+
+
+def _append(table: Table, key: str, value: Any) -> None:
+    """A new key behind the table's last one, before the comment that leads to the next table."""
+    body, trailing = table.value.body, []
+    while body and body[-1][0] is None and isinstance(body[-1][1], Comment | Whitespace):
+        trailing.append(body.pop())
+    table.append(key, value)
+    body.extend(reversed(trailing))
 
 
 def _with_line_ends_of(text: str, after: str) -> str:
