@@ -48,9 +48,8 @@ class Wild(Known):
 
 def main() -> None:
     """Run a scenario; what it found goes to standard output."""
-    scenario = {"fault": fault, "wild": wild, "lost": lost, "small": small, "long": long}[
-        sys.argv[1]
-    ]
+    scenarios = (fault, wild, lost, small, long, early)
+    scenario = next(each for each in scenarios if each.__name__ == sys.argv[1])
     with Window(SIZE, "by hand") as window, window.device() as device:
         live = Wild(is_still=False) if sys.argv[1] == "wild" else Known(is_still=False)
         session = Session(rig=RIG, loaded=RIG, has_panels=False)
@@ -93,6 +92,16 @@ def fault(preview: Preview, window: Window, device: Device, live: Known) -> dict
         "is_back": bool((back[-1] != 118).any()),
         "fault": preview._guard.fault,
     }
+
+
+def early(preview: Preview, window: Window, device: Device, live: Known) -> dict[str, Any]:
+    """Nothing was ever drawn; a screenshot and new shaders are asked for all the same."""
+    live.fails = RuntimeError("something broke")
+    for chord in ("f12", "f5"):
+        preview._chords.append((chord, False))
+        preview.turn(200.0, FRAME_S)
+    live.fails = None
+    return {"is_alive": bool(turns(preview, device, window, 60)[-1].any())}
 
 
 def wild(preview: Preview, window: Window, device: Device, _live: Known) -> dict[str, Any]:

@@ -53,6 +53,13 @@ def test_what_is_no_number_never_reaches_the_screen(display: str) -> None:
     assert value["spots"] == [[0, 255, 0]]
 
 
+def test_before_anything_was_drawn_nothing_ends_it(display: str) -> None:
+    value, said = found(display, "early")
+    assert value["is_alive"]
+    assert "found no frame drawn so far" in said
+    assert "RuntimeError: something broke" in said
+
+
 def test_a_lost_gpu_ends_it_with_one_line(display: str) -> None:
     value, _ = found(display, "lost")
     assert value["error"].startswith("GPU: found its context lost")

@@ -7,6 +7,10 @@ main        ``vrlf``: the group, and how errors become one line
 options     options that several commands share: the rig, the device
 sources     what can stand where a command wants a SOURCE
 pictures    ``prefilter``, ``perceive``, ``chart``
+previewing  ``preview``: the live window
+preview/    what the window is made of
+rendering   ``render``: its frames without it
+encoder     a picture on the GPU as the codes that files hold
 facts       ``inspect``, ``rigs``, ``doctor``
 words       the text of ``inspect``
 demo        ``demo``: the whole chain on shipped content

@@ -28,9 +28,11 @@ from vrlf.scene.gltf import MODEL_ENDINGS
 from vrlf.scene.model import ModelScene
 from vrlf.scene.panorama import Panorama
 from vrlf.scene.spectrum import luminance, spectrum_slope
+from vrlf.scene.stereo import SAMPLES
 
 __all__ = [
     "MODEL_ENDINGS",
+    "SAMPLES",
     "HeadPose",
     "ModelScene",
     "Panorama",

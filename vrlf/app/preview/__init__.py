@@ -4,13 +4,17 @@
 file       holds
 ========== ======================================================================
 keys       the one table of keys: F1, the README and the window read it
+chords     from glfw's keys to the table's
+steps      prescription and rig in the clinic's steps, and alignment's
 session    ``Session``: what the user has chosen so far; no window in it
-steps      prescription and rig in the clinic's steps
 layout     where in the window which view stands
-frames     ``Frames``: from a session to what the window shows, frame by frame
+frames     ``Frames``: from a rig to what the window shows, frame by frame
 pacing     frame times, dropped frames, what gives way when time is short
+fading     ``Guard``: faults are held off the eyes
 panels     Dear ImGui: sliders, help, frame times, messages
-saving     screenshots, the rig's file
-loop       ``Preview``: the window, its keys and mouse, its faults
+mouse      divider, zoom, moving, looking around
+files      the rig's file, screenshots
+state      what is remembered from one time to the next
+loop       ``Preview``: the window, and what its keys do with files and clock
 ========== ======================================================================
 """

@@ -65,7 +65,7 @@ class Guard:
             If the GPU is lost: nothing will be drawn again.
         """
         self._in_a_row += 1
-        text = str(error) if isinstance(error, VrlfError) else f"{type(error).__name__}: {error}"
+        text = words_of(error)
         is_new, self.fault = text != self.fault, text
         if self._held is None and canvas is not None:
             self._held = _read(canvas)
@@ -94,6 +94,13 @@ class Guard:
         except DeviceError:
             return True
         return False
+
+
+def words_of(error: Exception) -> str:
+    """An error in one line; of what was not raised on purpose its kind too."""
+    if isinstance(error, VrlfError):
+        return str(error)
+    return " ".join(f"{type(error).__name__}: {error}".split())
 
 
 def _read(canvas: Texture) -> NDArray[np.uint8] | None:

@@ -11,10 +11,11 @@ from typing import Any
 
 import glfw
 import numpy as np
+from numpy.typing import NDArray
 
 from vrlf.app.options import say
 from vrlf.app.preview.chords import WALKING, chord_of
-from vrlf.app.preview.fading import Guard
+from vrlf.app.preview.fading import Guard, words_of
 from vrlf.app.preview.files import Files, as_loaded
 from vrlf.app.preview.frames import LOOKS, Frames, Moment
 from vrlf.app.preview.keys import Press, press_of
@@ -23,11 +24,12 @@ from vrlf.app.preview.mouse import Mouse
 from vrlf.app.preview.pacing import FrameClock, Pacer, told
 from vrlf.app.preview.panels import Panels, Status
 from vrlf.app.preview.session import Session, act, walked
-from vrlf.errors import VrlfError
+from vrlf.errors import DeviceError, VrlfError
 from vrlf.gpu import Device
 from vrlf.gpu.screen import Screen, read_screen
 from vrlf.gpu.window import Window, monitors
 from vrlf.renderer.live import Live
+from vrlf.scene import SAMPLES
 
 _IDLE_S = 0.1
 # Frames drawn after the last thing happened: ImGui settles in two.
@@ -151,6 +153,7 @@ class Preview:
         work_ms = sum(self._frames.timers.milliseconds.values())
         if not self._frames.is_software and self._pacer.spent(work_ms):
             self._frames.ease(self._pacer.effort)
+            self._live.ease(self._pacer.effort.of(SAMPLES))
         rest_s = 1e-3 * self._clock.period_ms - (time.perf_counter() - began_s)
         if self._frames.is_software and rest_s > 0.0:
             time.sleep(rest_s)  # no display keeps its pace
@@ -199,8 +202,8 @@ class Preview:
             return
         try:
             found(press)
-        except VrlfError as error:
-            self._say(str(error))
+        except Exception as error:  # whatever it is, the picture stays and the window goes on
+            self._say(words_of(error))
 
     def _own_actions(self) -> dict[str, Callable[[Press], None]]:
         return {
@@ -242,19 +245,23 @@ class Preview:
         """When the frame is drawn, and for all of it the panels too."""
 
         def shoot() -> None:
-            codes = (
-                read_screen(self._device, self._window.size_px)
-                if all_of_it
-                else np.asarray(self._frames.canvas.read()[::-1, :, :3])
-            )
             try:
-                path = self._files.shoot(codes, self.session)
+                path = self._files.shoot(self._codes(all_of_it=all_of_it), self.session)
             except VrlfError as error:
                 self._say(str(error))
             else:
                 self._say(f"wrote {path}")
 
         self._pending.append(shoot)
+
+    def _codes(self, *, all_of_it: bool) -> NDArray[np.uint8]:
+        """What is shown, with the panels or without; shape (H, W, 3), row 0 at the top."""
+        canvas = self._frames.last_canvas
+        if all_of_it:
+            return read_screen(self._device, self._window.size_px)
+        if canvas is None:
+            raise DeviceError("screenshot: found no frame drawn so far, wanted one")
+        return np.asarray(canvas.read()[::-1, :, :3], np.uint8)
 
     def _save(self, _: Press) -> None:
         path = self._files.save(self.session.rig)
@@ -279,6 +286,7 @@ class Preview:
             raise
         self._frames.release()
         self._frames = frames
+        frames.ease(self._pacer.effort)
         self._say("shaders reloaded", aloud=False)
 
     def _seek(self, time_s: float) -> None:
