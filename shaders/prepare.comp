@@ -12,6 +12,7 @@ layout(binding = 1) uniform sampler2D right_picture;
 layout(binding = 0, rgba32f) writeonly uniform image2D target;
 
 #include "include/viewport.glsl"
+#include "include/distortion.glsl"
 
 // IEC 61966-2-1.
 vec3 decoded(vec3 v) {
@@ -31,12 +32,10 @@ float cubic(float x) {
     return 0.0;
 }
 
-// Where the lens shows a panel point: slope r appears at r (1 + k1 r^2 + k2 r^4).
-vec2 as_seen(vec2 at, vec2 axis) {
+// Where the lens shows a place of the viewport, as a place of it.
+vec2 place_as_seen(vec2 at, vec2 axis) {
     if (distortion == vec2(0.0)) return at;
-    vec2 slope = (at - axis) / px_per_slope;
-    float r2 = dot(slope, slope);
-    return axis + (at - axis) * (1.0 + r2 * (distortion.x + r2 * distortion.y));
+    return axis + as_seen((at - axis) / px_per_slope) * px_per_slope;
 }
 
 // The picture at a place of it, over the area that one target pixel covers.
@@ -65,7 +64,7 @@ void main() {
     vec3 light = vec3(0.0);
     if (eye != NO_EYE) {
         vec2 at = vec2(pixel - ivec2(first_column(eye), 0)) + 0.5;
-        at = as_seen(at, axes_px[eye].xy);
+        at = place_as_seen(at, axes_px[eye].xy);
         vec4 fit = fits[eye];  // where the picture starts in the viewport; its pixels per target pixel
         vec2 source = (at - fit.xy) * fit.zw;
         ivec2 size = picture_px[eye].xy;

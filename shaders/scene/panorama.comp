@@ -12,14 +12,9 @@ layout(binding = 1) uniform sampler2D right_world;
 layout(binding = 0, rgba32f) writeonly uniform image2D target;
 
 #include "include/viewport.glsl"
+#include "include/distortion.glsl"
 
 const float PI = 3.14159265358979;
-
-// Brown 1966, radial terms: the lens shows panel slope r at r (1 + k1 r^2 + k2 r^4).
-vec2 as_seen(vec2 slope) {
-    float r2 = dot(slope, slope);
-    return slope * (1.0 + r2 * (distortion.x + r2 * distortion.y));
-}
 
 // Snyder 1987, 12, plate carree: the middle is straight ahead, right is right, up is up.
 vec2 place_of(vec3 direction, vec2 size) {

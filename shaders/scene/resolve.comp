@@ -11,11 +11,7 @@ layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
 layout(binding = 0) uniform sampler2D canvas;
 layout(binding = 0, rgba32f) writeonly uniform image2D target;
 
-// Brown 1966, radial terms: the lens shows panel slope r at r (1 + k1 r^2 + k2 r^4).
-vec2 as_seen(vec2 slope) {
-    float r2 = dot(slope, slope);
-    return slope * (1.0 + r2 * (distortion.x + r2 * distortion.y));
-}
+#include "include/distortion.glsl"
 
 vec3 sample_at(vec2 in_view) {
     vec2 panel = mix(panel_slopes.xw, panel_slopes.zy, in_view);  // down from the top

@@ -21,9 +21,9 @@ from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
 from vrlf.optics.fitting import FitMode
 from vrlf.renderer import GpuRenderer, Image, Renderer
-from vrlf.renderer.live import Chart, FilmShown, Garden, Live, Model, Picture, World, chart_light
+from vrlf.renderer.live import Chart, Drawn, FilmShown, Live, Picture, World, chart_light
 from vrlf.resources import assets_dir
-from vrlf.scene import MODEL_ENDINGS, HeadPose, ModelScene, Panorama, render_stereo
+from vrlf.scene import MODEL_ENDINGS, HeadPose, ModelScene, Panorama, Scene, render_stereo
 
 SCENE = "scene"
 SHIPPED_SCENES = ("orrery",)
@@ -125,9 +125,9 @@ def open_live(source: str, rig: Rig, device: Device, options: SourceOptions) -> 
     """The same, to be shown frame after frame."""
     if not _is_there(source):
         if source == SCENE:
-            return Garden(device)
+            return Drawn(Scene(device))
         if source in SHIPPED_SCENES:
-            return Model(ModelScene(device, assets_dir() / "scenes" / f"{source}.glb"))
+            return Drawn(ModelScene(device, assets_dir() / "scenes" / f"{source}.glb"))
         if source.startswith(CHART_PREFIX):
             name = source.removeprefix(CHART_PREFIX)
             chart_light(name, rig)  # an unknown name is said now
@@ -136,7 +136,7 @@ def open_live(source: str, rig: Rig, device: Device, options: SourceOptions) -> 
         scene = ModelScene(device, source)
         for note in scene.notes:
             say(f"{shown(source)}: {note}")
-        return Model(scene)
+        return Drawn(scene)
     if _is_film(source):
         film = Film(source, layout=options.layout, cross_eyed=options.cross_eyed)
         size = (

@@ -12,10 +12,10 @@ from vrlf.content.video import Film
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
-from vrlf.optics.fitting import Fit, FitMode, fit_picture
-from vrlf.optics.viewport import SIDES, Side, axis_in_viewport_px, pitch_mm, viewport
+from vrlf.optics.fitting import Fit, FitMode
+from vrlf.optics.viewport import SIDES, pitch_mm, viewport
 from vrlf.passes import EyePicture, Prepare
-from vrlf.renderer.steps import Image, fitted
+from vrlf.renderer.steps import Image, fit_of, fitted
 from vrlf.scene import HeadPose, ModelScene, Panorama, Scene
 
 
@@ -133,15 +133,15 @@ class Chart:
         """It keeps nothing."""
 
 
-class Garden:
-    """The shipped scene, wind in its leaves."""
+class Drawn:
+    """A scene to walk around in: the shipped garden, wind in its leaves, or a glTF file's."""
 
-    has_time, has_head = True, True
-    duration_s: float | None = None
+    has_head = True
     fault: str | None = None
 
-    def __init__(self, device: Device) -> None:
-        self._scene = Scene(device)
+    def __init__(self, scene: Scene | ModelScene) -> None:
+        self._scene = scene
+        self.duration_s, self.has_time = scene.duration_s, scene.moves
 
     def draw(self, target: Texture, rig: Rig, *, time_s: float, head: HeadPose) -> None:
         """See ``Live.draw``."""
@@ -180,30 +180,6 @@ class World:
         self._panorama.release()
 
 
-class Model:
-    """A glTF scene, to walk around in."""
-
-    has_head = True
-    fault: str | None = None
-
-    def __init__(self, scene: ModelScene) -> None:
-        self._scene = scene
-        self.duration_s = scene.duration_s
-        self.has_time = scene.duration_s is not None
-
-    def draw(self, target: Texture, rig: Rig, *, time_s: float, head: HeadPose) -> None:
-        """See ``Live.draw``."""
-        self._scene.draw(target, rig, time_s=time_s, head=head)
-
-    def ease(self, samples: int) -> None:
-        """See ``Live.ease``."""
-        self._scene.canvas.samples = samples
-
-    def release(self) -> None:
-        """Give the scene back."""
-        self._scene.release()
-
-
 class FilmShown:
     """A film, each eye's picture fitted into its viewport."""
 
@@ -226,7 +202,9 @@ class FilmShown:
         if not self._textures or not self._film.is_same(time_s):
             self._upload(self._film.at(time_s))
         pictures = [
-            EyePicture(texture, self._fit(texture.size_px, rig, side))
+            EyePicture(
+                texture, fit_of(texture.size_px, self._film.pixel_aspect, rig, side, self._mode)
+            )
             for texture, side in zip(self._textures, SIDES, strict=True)
         ]
         self._prepare.run(rig, (pictures[0], pictures[1]), target, encoded=True)
@@ -237,12 +215,6 @@ class FilmShown:
             self._textures.append(Texture(self._device, size, kind="f1", label="film"))
         for texture, picture in zip(self._textures, pictures, strict=True):
             texture.write(picture)
-
-    def _fit(self, size_px: tuple[int, int], rig: Rig, side: Side) -> Fit:
-        view = viewport(rig, side)
-        x, y = axis_in_viewport_px(rig, view)
-        axis_px = (float(x), float(y))
-        return fit_picture(size_px, self._film.pixel_aspect, view, self._mode, axis_px)
 
     def ease(self, samples: int) -> None:
         """Its pixels are filtered whole."""

@@ -14,7 +14,7 @@ from vrlf.model import Array, Prefilter, Rig
 from vrlf.optics.fitting import Fit, FitMode, fit_picture
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.samples import MAX_POINTS
-from vrlf.optics.viewport import SIDES, axis_in_viewport_px, viewport
+from vrlf.optics.viewport import SIDES, Side, axis_in_viewport_px, viewport
 
 Image = NDArray[np.float32]
 Exposure = Literal["auto", "none"]
@@ -58,20 +58,26 @@ def fitted(
     """Both pictures, averaged down where they are far too large, and their places."""
     pictures, fits = [], []
     for side, picture in zip(SIDES, (source.left, source.right), strict=True):
-        view = viewport(rig, side)
         height, width = picture.shape[:2]
-        x, y = axis_in_viewport_px(rig, view)
-        axis_px = (float(x), float(y))
-        fit = fit_picture((width, height), source.pixel_aspect, view, mode, axis_px)
+        fit = fit_of((width, height), source.pixel_aspect, rig, side, mode)
         shrink = [max(1.0, ratio / _MOST_SOURCE_PX) for ratio in fit.source_px]
         if max(shrink) > 1.0:
             size = (max(1, round(width / shrink[0])), max(1, round(height / shrink[1])))
             picture = resize_area(picture, *size)
             aspect = source.pixel_aspect * (width / size[0]) / (height / size[1])
-            fit = fit_picture(size, aspect, view, mode, axis_px)
+            fit = fit_of(size, aspect, rig, side, mode)
         pictures.append(picture)
         fits.append(fit)
     return (pictures[0], pictures[1]), (fits[0], fits[1])
+
+
+def fit_of(
+    size_px: tuple[int, int], pixel_aspect: float, rig: Rig, side: Side, mode: FitMode
+) -> Fit:
+    """Where a picture of that size lies in an eye's viewport."""
+    view = viewport(rig, side)
+    x, y = axis_in_viewport_px(rig, view)
+    return fit_picture(size_px, pixel_aspect, view, mode, (float(x), float(y)))
 
 
 def checked_image(image: ArrayLike, rig: Rig, what: str) -> Image:

@@ -56,7 +56,17 @@ class Scene:
         Samples a pixel, along each side; fewer where the GPU's textures end.
     garden : Garden, optional
         Something else to draw than the shipped scene, in its light.
+
+    Attributes
+    ----------
+    moves : bool
+        Whether the time counts.
+    duration_s : None
+        Wind and clouds never begin again.
     """
+
+    moves = True
+    duration_s: float | None = None
 
     def __init__(
         self, device: Device, *, samples: int = SAMPLES, garden: Garden | None = None

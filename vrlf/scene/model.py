@@ -54,6 +54,8 @@ class ModelScene:
 
     Attributes
     ----------
+    moves : bool
+        Whether it is animated.
     duration_s : float or None
         Where its animation begins again.
     notes : tuple of str
@@ -63,6 +65,7 @@ class ModelScene:
     def __init__(self, device: Device, path: str | Path, *, samples: int = SAMPLES) -> None:
         self._model = load_model(path)
         self.duration_s, self.notes = self._model.duration_s, self._model.notes
+        self.moves = self.duration_s is not None
         self._owned: list[Any] = []
         self._device = device
         try:
