@@ -7,18 +7,18 @@ presses keys and reads what the screen shows. Writes docs/window-*.jpg.
 from __future__ import annotations
 
 import os
-import struct
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
 from skimage import data
 
 from vrlf.images import write_encoded
+
+sys.path.append(str(Path(__file__).resolve().parent.parent / "tests"))
+from virtual_screen import Screen
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 SIZE = (1280, 720)
@@ -41,36 +41,29 @@ def main() -> None:
         ) as server:
             try:
                 time.sleep(2.0)
-                _take(folder)
+                _take(folder, Screen(":98", folder / "Xvfb_screen0", server))
             finally:
                 server.terminate()
 
 
-def _take(folder: Path) -> None:
-    environment = {**os.environ, "DISPLAY": ":98", "VRLF_CONFIG_DIR": str(folder / "configuration")}
+def _take(folder: Path, screen: Screen) -> None:
+    environment = {
+        **os.environ,
+        "DISPLAY": screen.display,
+        "VRLF_CONFIG_DIR": str(folder / "configuration"),
+    }
     given = ["-r", "matched-microlens", "--left", "-5.00 / -1.25 x 170", "--right", "-4.50"]
     command = [sys.executable, "-m", "vrlf", "preview", str(folder / "astronaut.png"), *given]
     with subprocess.Popen([*command, "--folder", str(folder)], env=environment) as window:
         time.sleep(12.0)
         for name, keys, seconds in PICTURES:
-            subprocess.run(["xdotool", "key", "--delay", "400", *keys], env=environment, check=True)
-            subprocess.run(["xdotool", "mousemove", "1270", "710"], env=environment, check=True)
+            screen.mouse("key", "--delay", "400", *keys)
+            screen.mouse("mousemove", "1270", "710")
             time.sleep(seconds)
             target = DOCS / f"window-{name}.jpg"
-            write_encoded(target, _screen(folder / "Xvfb_screen0"))
+            write_encoded(target, screen.pixels())
             print(target)
         window.terminate()
-
-
-def _screen(path: Path) -> NDArray[np.uint8]:
-    """The virtual screen's pixels: an XWD file, version 7."""
-    raw = path.read_bytes()
-    header = struct.unpack(">25I", raw[:100])
-    size, width, height, row_bytes, colours = (header[k] for k in (0, 4, 5, 12, 19))
-    start = size + 12 * colours
-    codes = np.frombuffer(raw[start : start + row_bytes * height], np.uint8)
-    bgrx = codes.reshape(height, row_bytes // 4, 4)[:, :width]
-    return np.ascontiguousarray(bgrx[..., 2::-1])
 
 
 if __name__ == "__main__":

@@ -32,8 +32,8 @@ from vrlf.app.preview.session import (
     act,
     changed,
     looked,
+    strolled,
     typed,
-    walked,
 )
 from vrlf.app.preview.steps import STEPS, altered, prescribed, written
 from vrlf.model import Rig, load_rig
@@ -293,10 +293,10 @@ def test_the_readme_has_the_table_of_keys(repo_root: Path) -> None:
 
 def test_walking_goes_where_the_head_looks_and_stays_level() -> None:
     session = looked(fresh(), 90.0, 30.0)
-    ahead = walked(session, ["walk_ahead"], 0.05).head.position_m
+    ahead = strolled(session, ["walk_ahead"], 0.05).head.position_m
     assert ahead == pytest.approx((0.06, 0.0, 0.0), abs=1e-9)
-    right = walked(session, ["walk_right"], 0.05).head.position_m
+    right = strolled(session, ["walk_right"], 0.05).head.position_m
     assert right == pytest.approx((0.0, 0.0, 0.06), abs=1e-9)
-    both = walked(fresh(), ["walk_back", "walk_left"], 9.0).head.position_m
+    both = strolled(fresh(), ["walk_back", "walk_left"], 9.0).head.position_m
     assert both == pytest.approx((-0.12, 0.0, 0.12)), "a long frame is no leap"
-    assert walked(session, ["walk_ahead", "walk_back"], 0.05).head == session.head
+    assert strolled(session, ["walk_ahead", "walk_back"], 0.05).head == session.head

@@ -23,7 +23,7 @@ class Screen:
     server: subprocess.Popen[bytes]
 
     def pixels(self) -> NDArray[np.uint8]:
-        """What is on it, shape (480, 640, 3): an XWD file, version 7."""
+        """What is on it, shape (height, width, 3): an XWD file, version 7."""
         raw = self.framebuffer.read_bytes()
         header: tuple[Any, ...] = struct.unpack(">25I", raw[:100])
         size, width, height, row_bytes, colours = (header[k] for k in (0, 4, 5, 12, 19))

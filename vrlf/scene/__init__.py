@@ -22,7 +22,7 @@ spectrum   how the amplitude of a picture falls with frequency
 
 from __future__ import annotations
 
-from vrlf.scene.camera import HeadPose
+from vrlf.scene.camera import HeadPose, walked
 from vrlf.scene.drawing import Scene, render_stereo
 from vrlf.scene.gltf import MODEL_ENDINGS
 from vrlf.scene.model import ModelScene
@@ -40,4 +40,5 @@ __all__ = [
     "luminance",
     "render_stereo",
     "spectrum_slope",
+    "walked",
 ]

@@ -15,7 +15,7 @@ pyrr's ways these are held by the tests:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,6 +110,13 @@ def head_axes(head: HeadPose) -> Float:
     """The head's own right, up and back in the world, as rows; shape (3, 3)."""
     turn = _turn(head)
     return np.asarray([turn * Vector3(axis) for axis in np.eye(3)], np.float64)
+
+
+def walked(head: HeadPose, right_m: float, ahead_m: float) -> HeadPose:
+    """The head after steps to its right and ahead, level: nobody walks into the ground."""
+    right, _, back = head_axes(HeadPose(yaw_deg=head.yaw_deg))
+    place = np.asarray(head.position_m) + right_m * right - ahead_m * back
+    return replace(head, position_m=(float(place[0]), float(place[1]), float(place[2])))
 
 
 def eye_position_m(rig: Rig, side: Side, head: HeadPose) -> Float:

@@ -23,7 +23,7 @@ from vrlf.app.preview.layout import Placed, loupe, needed, placed, tile_under
 from vrlf.app.preview.mouse import Mouse
 from vrlf.app.preview.pacing import FrameClock, Pacer, told
 from vrlf.app.preview.panels import Panels, Status
-from vrlf.app.preview.session import Session, act, walked
+from vrlf.app.preview.session import Session, act, strolled
 from vrlf.errors import DeviceError, VrlfError
 from vrlf.gpu import Device
 from vrlf.gpu.screen import Screen, read_screen
@@ -182,7 +182,7 @@ class Preview:
             return
         held = [a for a, name in WALKING.items() if self._window.is_down(_key_of(name))]
         if held and not self._is_control_held():
-            self.session = walked(self.session, held, passed_s)
+            self.session = strolled(self.session, held, passed_s)
             self._awake = _WAKE_FRAMES
         if self.session.is_playing and self._live.has_time:
             self._time_s += min(passed_s, 0.25)

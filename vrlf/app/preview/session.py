@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from math import cos, radians, sin
 from typing import Any, Literal
 
 from vrlf.app.preview.keys import Press
@@ -25,7 +24,7 @@ from vrlf.app.preview.steps import (
 from vrlf.errors import InputError
 from vrlf.model import Rig
 from vrlf.optics.alignment import ALIGNMENT_SCREENS, AlignmentScreen
-from vrlf.scene import HeadPose
+from vrlf.scene import HeadPose, walked
 
 View = Literal["panel", "perceived", "uncorrected", "target", "difference", "compare", "wall"]
 VIEWS: tuple[View, ...] = (
@@ -341,7 +340,7 @@ def looked(session: Session, right_deg: float, up_deg: float) -> Session:
 
 
 _WALK_M_A_S = 1.2
-# Along the head's own right and ahead, level: nobody walks into the ground.
+# To the right, ahead.
 _STEPS_OF = {
     "walk_ahead": (0.0, 1.0),
     "walk_back": (0.0, -1.0),
@@ -350,12 +349,9 @@ _STEPS_OF = {
 }
 
 
-def walked(session: Session, held: Iterable[str], seconds: float) -> Session:
+def strolled(session: Session, held: Iterable[str], seconds: float) -> Session:
     """The head after walking for a while, at a walker's pace, the way it looks."""
-    yaw = radians(session.head.yaw_deg)
-    x, y, z = session.head.position_m
-    for action in held:
-        right, ahead = (_WALK_M_A_S * min(seconds, 0.1) * part for part in _STEPS_OF[action])
-        x += right * cos(yaw) + ahead * sin(yaw)
-        z += right * sin(yaw) - ahead * cos(yaw)
-    return replace(session, head=replace(session.head, position_m=(x, y, z)))
+    stride_m = _WALK_M_A_S * min(seconds, 0.1)
+    steps = [_STEPS_OF[action] for action in held]
+    right_m, ahead_m = (stride_m * sum(step[axis] for step in steps) for axis in (0, 1))
+    return replace(session, head=walked(session.head, right_m, ahead_m))
