@@ -179,6 +179,15 @@ def test_files_of_the_users_are_never_taken_away(tmp_path: Path) -> None:
     assert sorted(bytes_of(out)) == sorted([*kept, "panel_000001.png", "render.json"])
 
 
+def test_a_second_file_is_a_pictures_alone(tmp_path: Path) -> None:
+    film = make_film(tmp_path / "in.mkv", 2)
+    second = ("--right-source", film)
+    outcome = call("prefilter", film, *second, *LENSLETS, "-o", tmp_path / "p.png")
+    assert (outcome.status, len(outcome.lines)) == (2, 1)
+    assert "--right-source" in outcome.err
+    assert not (tmp_path / "p.png").exists()
+
+
 @pytest.mark.parametrize("source", ["nosuch.png", "http://127.0.0.1:9/film.mp4", "n" * 400])
 def test_a_source_that_is_not_there_leaves_nothing(tmp_path: Path, source: str) -> None:
     outcome = call("render", source, *LENSLETS, "--frames", "1", "-o", tmp_path / "out")

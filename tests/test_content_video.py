@@ -182,3 +182,19 @@ def test_each_frame_is_shown_at_its_own_time(tmp_path: Path, rate_hz: float) -> 
         np.testing.assert_array_equal(back.at(index / rate_hz)[0], frame_codes(index, (16, 8)))
         assert back.is_same(index / rate_hz)
     back.release()
+
+
+def test_a_film_that_changes_its_size_ends_there(tmp_path: Path) -> None:
+    """Two streams of one format, one behind the other: MPEG-1 lets a sequence follow another."""
+    first = make_film(tmp_path / "a.mpg", 10, codec="mpeg1video", pixels="yuv420p")
+    second = make_film(
+        tmp_path / "b.mpg", 10, codec="mpeg1video", pixels="yuv420p", size_px=(64, 32)
+    )
+    both = tmp_path / "both.mpg"
+    both.write_bytes(first.read_bytes() + second.read_bytes())
+    film = Film(both, layout="mono")
+    for time_s in (0.0, 0.2, 0.5, 0.9):
+        assert film.at(time_s)[0].shape == (20, 48, 3)
+    assert film.fault is not None
+    assert "another size, 64x32," in film.fault
+    film.release()

@@ -75,6 +75,8 @@ def test_the_shipped_path_comes_back_to_where_it_began() -> None:
         ({"keys": [{"time_s": 0, "yaw": 1}]}, "found the key 'yaw'"),
         ({"keys": [{"time_s": "0"}]}, "keys[0].time_s: found '0'"),
         ('{"keys": [{"time_s": NaN}]}', "keys[0].time_s: found nan"),
+        ({"keys": [{"time_s": 10**400}]}, "found a number of 401 digits"),
+        ({"keys": [{"time_s": 0, "yaw_deg": -1e300}]}, "found -1e+300, wanted at most 1e+06"),
         ({"keys": [{"time_s": True}]}, "keys[0].time_s: found True"),
         ({"keys": [{"time_s": 0, "position_m": [1, 2]}]}, "keys[0].position_m"),
         ({"keys": [{"time_s": 0, "position_m": [1, 2, "3"]}]}, "keys[0].position_m: found '3'"),
@@ -92,5 +94,7 @@ def test_a_wrong_file_is_one_line(tmp_path: Path, value: Any, said: str) -> None
 def test_a_path_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="one of orbit"):
         load_path("nowhere")
+    with pytest.raises(InputError, match="one of orbit"):
+        load_path("n" * 400)
     with pytest.raises(InputError, match="No such file"):
         load_path(str(tmp_path / "no.json"))

@@ -16,6 +16,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from vrlf import __version__
 from vrlf.app.encoder import Encoder
 from vrlf.app.options import (
     json_option,
@@ -85,12 +86,10 @@ class Job:
 
     def manifest(self) -> str:
         """All that the frames depend on, for a later run to compare."""
-        source = Path(self.source)
-        found = source.stat() if source.exists() else None
         told = {
+            "vrlf": __version__,
             "rig": rig_text(self.rig),
-            "source": str(source.resolve()) if found else self.source,
-            "source_bytes": [found.st_size, found.st_mtime_ns] if found else None,
+            "sources": [_stamp(name) for name in (self.source, self.options.right_source) if name],
             "options": repr(self.options),
             "rate_hz": self.rate_hz,
             "start_s": self.start_s,
@@ -98,6 +97,15 @@ class Job:
             "rays": self.rays,
         }
         return json.dumps(told, indent=2) + "\n"
+
+
+def _stamp(source: str) -> list[Any]:
+    """A source and what changes when its file is written."""
+    path = Path(source)
+    if not path.exists():
+        return [source]
+    found = path.stat()
+    return [str(path.resolve()), found.st_size, found.st_mtime_ns]
 
 
 def _whats(text: str) -> tuple[str, ...]:

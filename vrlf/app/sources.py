@@ -137,6 +137,11 @@ def open_live(source: str, rig: Rig, device: Device, options: SourceOptions) -> 
         for note in scene.notes:
             say(f"{shown(source)}: {note}")
         return Drawn(scene)
+    if options.right_source is not None and is_moving(source, options):
+        raise InputError(
+            f"--right-source: found {shown(options.right_source)} beside {shown(source)}, wanted "
+            "it with a picture alone; films and panoramas hold both eyes' in one file"
+        )
     if _is_film(source):
         film = Film(source, layout=options.layout, cross_eyed=options.cross_eyed)
         size = (

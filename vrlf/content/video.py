@@ -66,6 +66,7 @@ class Film:
     ) -> None:
         self._name = shown(path)
         self.fault: str | None = None
+        self._frame_px: tuple[int, int] | None = None
         try:
             is_file = Path(path).is_file()
         except (OSError, ValueError):  # too long for a name, or with a NUL
@@ -172,6 +173,10 @@ class Film:
         last_s = 0.0
         try:
             for frame in self._container.decode(self._stream):
+                self._frame_px = self._frame_px or (frame.width, frame.height)
+                if (frame.width, frame.height) != self._frame_px:
+                    self._end(last_s, f"another size, {frame.width}x{frame.height},")
+                    return
                 if frame.time is not None:
                     last_s = float(frame.time)
                     yield frame
@@ -251,6 +256,9 @@ class FilmWriter:
             os.replace(self._partial, self._target)
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise self._failed(error) from error
+        except BaseException:  # an interrupt must not leave the partial file either
+            self.drop()
+            raise
 
     def _failed(self, error: Exception) -> OutputError:
         self.drop()

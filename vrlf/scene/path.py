@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from bisect import bisect_right
 from dataclasses import dataclass
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from vrlf.resources import assets_dir
 from vrlf.scene.camera import HeadPose
 
 _LARGEST_BYTES = 2**22
+_LARGEST = 1e6  # seconds, degrees, metres
 _ANGLES = ("yaw_deg", "pitch_deg", "roll_deg")
 _KNOWN = frozenset({"time_s", "position_m", *_ANGLES})
 
@@ -87,10 +87,13 @@ def load_path(name: str) -> HeadPath:
     """
     path = Path(name)
     if path.suffix != ".json" and "/" not in name and "\\" not in name:
-        path = assets_dir() / "paths" / f"{name}.json"
-        if not path.is_file():
-            known = ", ".join(sorted(each.stem for each in path.parent.glob("*.json")))
-            raise InputError(f"--path: found {shown(name)}, wanted a .json file or one of {known}")
+        shipped = {each.stem: each for each in (assets_dir() / "paths").glob("*.json")}
+        if name not in shipped:
+            known = ", ".join(sorted(shipped))
+            raise InputError(
+                f"--path: found {shown(name)[:60]}, wanted a .json file or one of {known}"
+            )
+        path = shipped[name]
     return _path_of(_read(path), shown(name))
 
 
@@ -146,8 +149,13 @@ def _key_of(key: Any, before: HeadPose, where: str) -> tuple[float, HeadPose]:
 
 
 def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-        raise InputError(f"{where}: found {value!r:.60}, wanted a finite number")
-    if abs(value) > 1e6:
-        raise InputError(f"{where}: found {value:g}, wanted at most 1e6 either way")
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{where}: found {value!r:.60}, wanted a number")
+    if not -_LARGEST <= value <= _LARGEST:  # NaN lies nowhere
+        found = (
+            f"{value:g}"
+            if isinstance(value, float)
+            else f"a number of {len(str(abs(value)))} digits"
+        )
+        raise InputError(f"{where}: found {found}, wanted at most {_LARGEST:g} either way")
     return float(value)
