@@ -196,6 +196,7 @@ _EYES = st.fixed_dictionaries(
         "zernike": st.fixed_dictionaries(
             {
                 "diameter_mm": _numbers(4, 7),
+                "extrapolate": st.just(True),
                 "coefficients_um": st.dictionaries(
                     st.sampled_from(["1,-1", "2,0", "2,-2", "3,-1", "3,1", "3,3", "4,0", "5,-3"]),
                     _numbers(-0.4, 0.4),

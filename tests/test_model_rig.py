@@ -76,7 +76,10 @@ def test_whole_numbers_become_floats_and_lists_tuples() -> None:
 
 
 def test_rigs_are_frozen_hashable_and_travel() -> None:
-    left = {"zernike": {"diameter_mm": 5.5, "coefficients_um": {"4,0": 0.2, "3,-1": 0.14}}}
+    left = {
+        "pupil_mm": 5.0,
+        "zernike": {"diameter_mm": 5.5, "coefficients_um": {"4,0": 0.2, "3,-1": 0.14}},
+    }
     rig = rig_from_tables(tables(left=left))
     assert hash(rig) == hash(copy.deepcopy(rig))
     assert pickle.loads(pickle.dumps(rig)) == rig

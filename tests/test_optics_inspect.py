@@ -558,7 +558,7 @@ WARNED = [
     ),
     (
         "matched-full",
-        ["right.zernike={diameter_mm=5.0, coefficients_um={'3,1'=0.1}}"],
+        ["right.zernike={diameter_mm=5.0, extrapolate=true, coefficients_um={'3,1'=0.1}}"],
         ["right eye", "5 mm", "6 mm", "wavefront"],
     ),
     # 3 / 46 of a pupil of 6 mm and 0.39 * 43 / 6: 5.795 mm at the array, 6.199 on the panel.

@@ -89,7 +89,8 @@ def test_wavefront_by_radius_and_angle(
 
 
 def measured(coefficients_um: dict[str, float], diameter_mm: float = 6.0) -> Eye:
-    return Eye(zernike=Zernike(diameter_mm=diameter_mm, coefficients_um=coefficients_um))
+    wavefront = Zernike(diameter_mm=diameter_mm, coefficients_um=coefficients_um)
+    return Eye(pupil_mm=min(6.0, diameter_mm), zernike=wavefront)
 
 
 def test_second_order_terms_as_a_refraction() -> None:
@@ -112,6 +113,7 @@ def test_wavefront_adds_to_the_prescription() -> None:
     eye = Eye(
         sphere_d=-3.0,
         vertex_mm=0.0,
+        pupil_mm=4.0,
         zernike=Zernike(diameter_mm=4.0, coefficients_um={"2,0": 0.5}),
     )
     m = -3.0 - 4.0 * sqrt(3) * 0.5 / 4.0

@@ -15,7 +15,8 @@ from vrlf.app.options import json_option, put_json, rig_choice, rig_options
 from vrlf.app.words import inspection
 from vrlf.errors import VrlfError
 from vrlf.gpu import Device
-from vrlf.model import DEFAULT_RIG, load_rig, rig_names, rig_summary
+from vrlf.model import DEFAULT_RIG, load_rig
+from vrlf.model.shelf import SHELVES, Shelf, summaries
 from vrlf.optics.inspect import inspect_rig
 from vrlf.reference.quadrature import perceive_well as perceive_reference
 from vrlf.renderer import GpuRenderer
@@ -51,9 +52,11 @@ def inspect(as_json: bool, **options: Any) -> None:
         click.echo(inspection(rig, numbers))
 
 
-@click.command(short_help="List the rigs that ship with vrlf.")
+@click.command(short_help="List the rigs, eyes and panels that ship with vrlf.")
+@click.option("--eyes", "shelf", flag_value="eyes", help="The example eyes, for extends in [left].")
+@click.option("--panels", "shelf", flag_value="panels", help="The panels, for extends in [panel].")
 @json_option
-def rigs(as_json: bool) -> None:
+def rigs(as_json: bool, shelf: Shelf | None) -> None:
     """List the rigs that ship with vrlf.
 
     A rig of your own is a TOML file that names one of them and what is different. Lengths are
@@ -75,15 +78,17 @@ def rigs(as_json: bool) -> None:
       [right]
       sphere_d = -4.5
 
+    An eye may be an example's too: extends = "keratoconus-like" in [left]; --eyes lists them.
     Save it as mine.toml, then 'vrlf inspect -r mine.toml' says what follows from it. A wrong
     key is answered with those that there are.
     """
-    summaries = {name: rig_summary(name) for name in rig_names()}
     if as_json:
-        put_json({"default": DEFAULT_RIG, "rigs": summaries})
+        shelves: dict[str, Any] = {each: summaries(each) for each in SHELVES}
+        put_json({"default": DEFAULT_RIG, **shelves})
         return
-    width = max(len(name) for name in summaries)
-    for name, summary in summaries.items():
+    found = summaries(shelf or "rigs")
+    width = max(map(len, found), default=0)
+    for name, summary in found.items():
         click.echo(f"{name:<{width}}  {summary}")
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Any
 
 from vrlf.model import Rig
+from vrlf.units import UM_PER_MM
 
 Numbers = dict[str, Any]
 # Reading needs about this; below it letters of a headline size are lost.
@@ -15,9 +17,9 @@ def inspection(rig: Rig, numbers: Numbers) -> str:
     """All of it, a paragraph for each part."""
     parts = [
         _display(rig, numbers["display"]),
-        _eye("Left eye", numbers["left"], numbers["display"]),
-        _eye("Right eye", numbers["right"], numbers["display"]),
-        _array(rig, numbers["array"]),
+        _eye(rig, "Left eye", numbers["left"], numbers["display"]),
+        _eye(rig, "Right eye", numbers["right"], numbers["display"]),
+        _array(rig, numbers),
     ]
     if numbers["warnings"]:
         parts.append("\n".join(["Take note", *(f"  - {text}" for text in numbers["warnings"])]))
@@ -46,22 +48,53 @@ def _distance(mm: float) -> str:
     )
 
 
-def _eye(name: str, eye: Numbers, display: Numbers) -> str:
-    blur_deg = eye["blur_px"] / display["pixels_per_degree"]
+def _eye(rig: Rig, name: str, eye: Numbers, display: Numbers) -> str:
+    blur_deg = _width_px(eye) / display["pixels_per_degree"]
+    blur_mm = _width_px(eye) * rig.panel.pixel_pitch_um / UM_PER_MM
     lines = [
         name,
         f"  error left      {prescription(eye)}  (mean {eye['mean_error_d']:+.2f} D; "
         f"accommodates {eye['accommodation_d']:.2f} D)",
         f"  sharp at        {_focus(eye['focus_distance_mm'])}",
-        f"  a point blurs   {eye['blur_px']:.1f} pixels wide ({eye['blur_mm']:.2f} mm on the "
+        f"  a point blurs   {_width_px(eye):.1f} pixels wide ({blur_mm:.2f} mm on the "
         f"panel, {blur_deg:.1f} degrees)",
     ]
+    if eye["higher_order_rms_um"] > 0.0:
+        lines.append(
+            f"  higher orders   {eye['higher_order_rms_um']:.2f} um RMS over its pupil; in the "
+            f"middle of it the error is {prescription(_paraxial(eye))}"
+        )
+    if eye["clear_zone"] is not None:
+        lines.append(f"  by itself       {_zone(eye['clear_zone'])}")
     corrected = eye["corrected_blur_px"]
     if corrected is not None:
         lines.append(
-            f"  with the array  {corrected:.1f} pixels: {_verdict(eye['blur_px'], corrected)}"
+            f"  with the array  {corrected:.1f} pixels: {_verdict(_width_px(eye), corrected)}"
         )
     return "\n".join(lines)
+
+
+def _width_px(eye: Numbers) -> float:
+    """How wide a point's image is: along the worst meridian, or as an even disc of its spread."""
+    blur_px: float = eye["blur_px"]
+    if eye["higher_order_rms_um"] == 0.0:
+        return blur_px
+    even_px: float = 2.0 * sqrt(2.0) * eye["spot_rms_px"]
+    return max(blur_px, even_px)
+
+
+def _paraxial(eye: Numbers) -> Numbers:
+    return {name: eye[f"paraxial_{name}"] for name in ("sphere_d", "cylinder_d", "axis_deg")}
+
+
+def _zone(zone: Numbers) -> str:
+    near, far = zone["near_mm"], zone["far_mm"]
+    if near is None:
+        return "it sees sharp at infinity alone"
+    where = "on" if far is None else f"to {far:.0f} mm"
+    if far is not None and far - near < 0.5:
+        return f"it sees sharp at {far:.0f} mm alone"
+    return f"it sees sharp from {near:.0f} mm {where}"
 
 
 def prescription(eye: Numbers) -> str:
@@ -86,7 +119,8 @@ def _verdict(blur_px: float, corrected_px: float) -> str:
     return "this array helps, but leaves a blur"
 
 
-def _array(rig: Rig, array: Numbers) -> str:
+def _array(rig: Rig, numbers: Numbers) -> str:
+    array = numbers["array"]
     if array["kind"] == "none":
         return "Array\n  none: the bare panel"
     kind = "holes" if array["kind"] == "pinhole" else "lenslets"
@@ -96,8 +130,8 @@ def _array(rig: Rig, array: Numbers) -> str:
             f"  {kind:<15} every {rig.array.pitch_um:g} um, {array['views']:.1f} pixels, "
             f"{array['lens_to_array_mm']:.1f} mm behind the lens",
             f"  light left      {100.0 * array['throughput']:.1f} %",
-            f"  eyebox          {array['eyebox_mm']:.2f} mm (pupils: {rig.left.pupil_mm:g} and "
-            f"{rig.right.pupil_mm:g} mm)",
+            f"  eyebox          {array['eyebox_mm']:.2f} mm (pupils: "
+            f"{numbers['left']['pupil_mm']:.3g} and {numbers['right']['pupil_mm']:.3g} mm)",
             f"  depth of field  {array['depth_of_field_mm']:.1f} mm about the array",
             f"  field           {array['field_of_view_deg']:.1f} degrees behind one opening",
             f"  best hole       {array['best_pinhole_um']:.0f} um for green light",

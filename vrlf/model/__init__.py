@@ -7,13 +7,17 @@ computed elsewhere. No numpy, no GPU.
 file           holds
 ============== ==================================================================
 fields         configuration and field types that all tables share
-eye            ``Eye`` and its ``Zernike`` wavefront
+zernike        a measured ``Zernike`` wavefront; OSA, Noll's and Fringe order
+eye            ``Eye``, or a ``Camera`` in its place
 hardware       ``Panel``, ``Headset``, ``Array`` and the headset lens's power
 rig            ``Prefilter`` and the whole ``Rig``; checks between its tables
 wording        how messages quote a value
 prescription   a prescription as it is written on paper
 complaints     a failed validation as lines of ``key: found ..., wanted ...``
-shelf          the rigs that ship with vrlf
+shelf          the rigs, eyes and panels that ship with vrlf
+toml           TOML files as tables
+wavefront_file a wavefront's coefficients from a CSV file
+parts          tables that lean on other files: ``extends`` in an eye, a wavefront's file
 overrides      ``table.key=value`` and the merging of tables
 reading        rig files, ``extends``, command line changes -> ``Rig``
 ============== ==================================================================
@@ -21,17 +25,19 @@ reading        rig files, ``extends``, command line changes -> ``Rig``
 
 from __future__ import annotations
 
-from vrlf.model.eye import Eye, Zernike
+from vrlf.model.eye import Camera, Eye
 from vrlf.model.hardware import SUBPIXEL_LAYOUTS, Array, Headset, Panel, lens_power_d
 from vrlf.model.prescription import parse_prescription
 from vrlf.model.reading import load_rig, rig_from_tables
 from vrlf.model.rig import Prefilter, Rig, rig_json_schema
 from vrlf.model.shelf import DEFAULT_RIG, rig_names, rig_summary
+from vrlf.model.zernike import Zernike
 
 __all__ = [
     "DEFAULT_RIG",
     "SUBPIXEL_LAYOUTS",
     "Array",
+    "Camera",
     "Eye",
     "Headset",
     "Panel",

@@ -57,10 +57,12 @@ def _errors(tables: Any) -> list[Any]:
 
 def _location(detail: Any) -> Location:
     """The key that a pydantic error is about: the table's key, not an item of its list."""
-    context = detail.get("ctx", {})
-    if "key" in context:
-        return tuple(context["key"].split("."))
-    return tuple(part for part in detail["loc"] if isinstance(part, str) and part != "[key]")
+    place = tuple(part for part in detail["loc"] if isinstance(part, str) and part != "[key]")
+    key = detail.get("ctx", {}).get("key")
+    if key is None:
+        return place
+    neighbour = key.removeprefix("*.")
+    return (*place[:-1], neighbour) if neighbour != key else tuple(key.split("."))
 
 
 def _line(tables: Mapping[str, Any], place: Location, detail: Any) -> str:

@@ -2,75 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, Final, Literal
 
-from pydantic import AfterValidator, BaseModel, ValidationInfo, field_validator
+from pydantic import BaseModel, ValidationInfo, field_validator
 
-from vrlf.model.fields import GIVEN, FromList, above, between, refusal
+from vrlf.model.fields import GIVEN, FromList, above, beside, between, refusal
+from vrlf.model.zernike import Zernike
 from vrlf.units import MM_PER_M
 
 # The strongest lenses that are ground lie near -40 D and 20 D of cylinder.
 SPHERE_LIMIT_D: Final = 40.0
 CYLINDER_LIMIT_D: Final = 20.0
 AXIS_LIMIT_DEG: Final = 180.0
-ZERNIKE_ORDER_LIMIT: Final = 8
+# Of a diameter, that is no difference.
+_ROUNDING: Final = 1e-9
 
 _Offset = Annotated[float, between(-20.0, 20.0)]
 _Prism = Annotated[float, between(-100.0, 100.0)]
 
 
-def _indices(name: str) -> tuple[int, int] | None:
-    """Order and frequency of a coefficient's name, None where it is not one.
-
-    Only the plain spelling counts, so that no two keys mean one coefficient.
-    """
-    try:
-        n, m = (int(part) for part in name.split(","))
-    except ValueError:
-        return None
-    real = 0 <= n <= ZERNIKE_ORDER_LIMIT and abs(m) <= n and (n - m) % 2 == 0
-    return (n, m) if real and name == f"{n},{m}" else None
-
-
-def _coefficient_name(name: str) -> str:
-    if _indices(name) is None:
-        raise refusal(
-            f'a name "n,m" such as "3,-1", n from 0 to {ZERNIKE_ORDER_LIMIT}, '
-            "m from -n to n in steps of 2",
-            found="no such coefficient",
-        )
-    return name
-
-
-class Zernike(BaseModel):
-    """Wavefront error of an eye in normalised OSA/ANSI Z80.28 polynomials.
+class Camera(BaseModel):
+    """A camera in an eye's place, as one that photographs a prototype (T 5.2).
 
     Attributes
     ----------
-    diameter_mm : float
-        Diameter of the pupil that the coefficients belong to, in mm.
-    coefficients_um : mapping of str to float
-        Coefficients in micrometres by their name ``"n,m"``.
+    focal_mm, f_number : float
+        The pupil is ``focal_mm / f_number`` wide.
+    focus_mm : float or None
+        Distance from the lens of the plane that is sharp; None is infinity.
     """
 
     model_config = GIVEN
 
-    diameter_mm: Annotated[float, between(0.1, 20.0)]
-    coefficients_um: Mapping[
-        Annotated[str, AfterValidator(_coefficient_name)],
-        Annotated[float, between(-1000.0, 1000.0)],
-    ]
+    focal_mm: Annotated[float, between(0.5, 1000.0)]
+    f_number: Annotated[float, between(0.5, 64.0)]
+    focus_mm: Annotated[float, between(0.6, 1.0e6)] | None = None
 
-    @property
-    def terms(self) -> tuple[tuple[tuple[int, int], float], ...]:
-        """Pairs ((n, m), micrometres), sorted by n, then m."""
-        pairs = ((_indices(name), um) for name, um in self.coefficients_um.items())
-        return tuple(sorted((nm, um) for nm, um in pairs if nm is not None))
-
-    def __hash__(self) -> int:
-        # The mapping itself has no hash, and rigs serve as keys of caches.
-        return hash((self.diameter_mm, self.terms))
+    @field_validator("focus_mm", mode="after")
+    @classmethod
+    def _beyond_the_focal_length(cls, focus_mm: float | None, info: ValidationInfo) -> float | None:
+        focal_mm = info.data.get("focal_mm")
+        if focus_mm is not None and focal_mm is not None and focus_mm <= focal_mm:
+            raise refusal(f"more than the focal length of {focal_mm:g} mm")
+        return focus_mm
 
 
 class Eye(BaseModel):
@@ -96,8 +70,16 @@ class Eye(BaseModel):
         Age, for the amplitude of accommodation.
     chromatic : bool
         Whether the eye's power varies with the wavelength.
+    luminance_cd_m2 : float or None
+        What the eye is adapted to: its pupil is then as wide as that light and its age make it,
+        whatever ``pupil_mm`` says.
+    stiles_crawford_per_mm2 : float
+        rho of the Stiles-Crawford effect: light that enters r mm off the pupil's centre counts
+        10^(-rho r^2) as much. 0.05 is typical (Applegate & Lakshminarayanan 1993), 0 none.
     zernike : Zernike or None
         Measured wavefront, added to the prescription.
+    camera : Camera or None
+        A camera in the eye's place; of the eye's own keys only ``pupil_offset_mm`` still counts.
     """
 
     model_config = GIVEN
@@ -112,7 +94,10 @@ class Eye(BaseModel):
     accommodation: Literal["relaxed", "best"] = "relaxed"
     age_years: Annotated[float, between(0.0, 120.0)] | None = None
     chromatic: bool = False
+    luminance_cd_m2: Annotated[float, above(0.0, 1.0e5)] | None = None
+    stiles_crawford_per_mm2: Annotated[float, between(0.0, 1.0)] = 0.0
     zernike: Zernike | None = None
+    camera: Camera | None = None
 
     @field_validator("vertex_mm", mode="after")
     @classmethod
@@ -126,3 +111,21 @@ class Eye(BaseModel):
                 f"less than {MM_PER_M / strongest_d:.4g} mm, the focal length of {strongest_d:g} D"
             )
         return vertex_mm
+
+    @field_validator("zernike", mode="after")
+    @classmethod
+    def _measured_over_the_pupil(
+        cls, zernike: Zernike | None, info: ValidationInfo
+    ) -> Zernike | None:
+        """Polynomials run away beyond the disc they were fitted over."""
+        pupil_mm = info.data.get("pupil_mm")
+        if zernike is None or pupil_mm is None or zernike.extrapolate:
+            return zernike
+        if pupil_mm > zernike.diameter_mm * (1.0 + _ROUNDING):
+            raise refusal(
+                f"at most {zernike.diameter_mm:g} mm, over which the wavefront was measured "
+                "(or zernike.extrapolate = true)",
+                key=beside("pupil_mm"),
+                found=f"{pupil_mm:g}",
+            )
+        return zernike

@@ -30,6 +30,11 @@ def above(low: float, high: float) -> Any:
     return Field(gt=low, le=high)
 
 
+def beside(name: str) -> str:
+    """The key of a neighbour in the same table, whichever table that is, for `refusal`."""
+    return f"*.{name}"
+
+
 def refusal(
     wanted: str, *, key: str | None = None, found: str | None = None
 ) -> PydanticCustomError:
@@ -40,7 +45,7 @@ def refusal(
     wanted : str
         What the rig may hold instead.
     key : str, optional
-        Full key to blame, where it is not the field under validation.
+        Full key to blame, or `beside`, where it is not the field under validation.
     found : str, optional
         What was found, where the value in the file does not say it.
     """

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -13,13 +12,14 @@ from pydantic import ValidationError
 
 from vrlf.errors import InputError, RigError
 from vrlf.model.complaints import wrong_keys
-from vrlf.model.overrides import merged, parse_override
+from vrlf.model.overrides import parse_override
+from vrlf.model.parts import laid_over
 from vrlf.model.prescription import parse_prescription
 from vrlf.model.rig import Rig
-from vrlf.model.shelf import is_shipped, shipped_rig
+from vrlf.model.shelf import shipped_rig
+from vrlf.model.toml import label, tables_of
 from vrlf.model.wording import quoted, shown
 
-_LARGEST_FILE_BYTES: Final = 2**20
 _LONGEST_CHAIN: Final = 8
 
 
@@ -57,11 +57,11 @@ def load_rig(
     """
     chain = _chain(_located(source, Path()))
     tables: dict[str, Any] = {}
-    for _, layer in reversed(chain):
-        tables = merged(tables, layer)
-    name = " extends ".join(_label(path) for path, _ in chain)
+    for path, layer in reversed(chain):
+        tables = laid_over(tables, layer, path.parent)
+    name = " extends ".join(label(path) for path, _ in chain)
     for change in _changes(name, overrides, left=left, right=right, both=both):
-        tables = merged(tables, change)
+        tables = laid_over(tables, change, Path())
     return rig_from_tables(tables, source=name)
 
 
@@ -75,9 +75,9 @@ def load_rig_text(text: str, path: Path) -> Rig:
     """
     chain = [*_chain(path, text.removeprefix("\ufeff"))]
     tables: dict[str, Any] = {}
-    for _, layer in reversed(chain):
-        tables = merged(tables, layer)
-    return rig_from_tables(tables, source=" extends ".join(_label(each) for each, _ in chain))
+    for each, layer in reversed(chain):
+        tables = laid_over(tables, layer, each.parent)
+    return rig_from_tables(tables, source=" extends ".join(label(each) for each, _ in chain))
 
 
 def rig_from_tables(tables: Mapping[str, Any], *, source: str = "rig") -> Rig:
@@ -111,7 +111,7 @@ def _chain(path: Path, text: str | None = None) -> list[tuple[Path, dict[str, An
     chain: list[tuple[Path, dict[str, Any]]] = []
     seen: set[str] = set()
     while True:
-        tables = _tables(path, text)
+        tables = tables_of(path, text)
         text = None
         seen.add(os.path.realpath(path))
         base = tables.pop("extends", None)
@@ -131,49 +131,11 @@ def _base(path: Path, base: Any) -> Path:
     try:
         return _located(base, path.parent)
     except InputError as error:
-        raise RigError(_label(path), [f"extends: {error}"]) from None
+        raise RigError(label(path), [f"extends: {error}"]) from None
 
 
 def _extends_error(path: Path, base: Any, wanted: str) -> RigError:
-    return RigError(_label(path), [f"extends: found {shown(base)}, wanted {wanted}"])
-
-
-def _tables(path: Path, text: str | None = None) -> dict[str, Any]:
-    """The tables of one TOML file, or of the text that stands for it."""
-    if text is None:
-        text = _text(path)
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        reason = str(error)
-    except RecursionError:
-        reason = "brackets nested too deep"
-    except ValueError:
-        # Python refuses to convert integers of more than 4300 digits.
-        reason = "a number too long to read"
-    raise RigError(_label(path), [f"found a syntax error, {reason}, wanted TOML"]) from None
-
-
-def _text(path: Path) -> str:
-    """The text of a file that is not absurdly large."""
-    try:
-        with path.open("rb") as file:
-            raw = file.read(_LARGEST_FILE_BYTES + 1)
-    except IsADirectoryError:
-        raise RigError(_label(path), ["found a folder, wanted a rig file"]) from None
-    except FileNotFoundError:
-        raise RigError(_label(path), ["found no such file, wanted a rig file"]) from None
-    except OSError as error:
-        raise RigError(_label(path), [f"found {error.strerror}, wanted a readable file"]) from None
-    if len(raw) > _LARGEST_FILE_BYTES:
-        raise RigError(_label(path), ["found more than 1 MiB, wanted a rig file"])
-    try:
-        # Windows editors put a byte order mark first, which TOML does not allow.
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = raw[: error.start].count(b"\n") + 1
-        problem = f"found bytes that are not UTF-8 in line {line}, wanted UTF-8 text"
-        raise RigError(_label(path), [problem]) from None
+    return RigError(label(path), [f"extends: found {shown(base)}, wanted {wanted}"])
 
 
 def _changes(
@@ -209,10 +171,3 @@ def _prescribed(text: str, *eyes: str) -> dict[str, Any]:
     sphere_d, cylinder_d, axis_deg = parse_prescription(text)
     table = {"sphere_d": sphere_d, "cylinder_d": cylinder_d, "axis_deg": axis_deg}
     return dict.fromkeys(eyes, table)
-
-
-def _label(path: Path) -> str:
-    """A file in a message: a shipped rig by its name, a path so that it can be printed."""
-    if is_shipped(path):
-        return path.stem
-    return str(path) if str(path).isprintable() else ascii(str(path))

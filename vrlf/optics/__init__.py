@@ -5,9 +5,10 @@ file         holds
 ============ ====================================================================
 frames       the one place where the examiner's view becomes the wearer's
 polynomial   polynomials of the two pupil coordinates
-wavefront    Zernike terms as polynomials
+wavefront    Zernike terms as polynomials, over any pupil, as power vectors
 refraction   prescriptions, power vectors, matrices, transverse aberration
-eye          an eye's wavefront, accommodated, for each colour of the panel
+pupil        how wide a pupil is in its light, how much its parts count
+eye          an eye's wavefront, accommodated, for each colour of the panel; cameras
 bench        distances and powers of the headset
 viewport     which columns an eye sees, where its axis meets the panel
 subpixels    where in a pixel each colour emits

@@ -9,7 +9,7 @@ import numpy as np
 from vrlf.model import Eye, Rig
 from vrlf.optics import limits
 from vrlf.optics.bench import Bench, bench_of
-from vrlf.optics.eye import EyeOptics, amplitude_of_accommodation_d, eye_optics
+from vrlf.optics.eye import EyeOptics, amplitude_of_accommodation_d, eye_optics, viewer
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.viewport import (
     SIDES,
@@ -44,8 +44,7 @@ def wavefront_advice(rig: Rig) -> list[str]:
     """What is odd in the eyes' wavefronts: said by every command that corrects with them."""
     said = []
     for side in SIDES:
-        eye = rig.left if side == "left" else rig.right
-        said += [f"{side} eye: {text}" for text in _wavefront_advice(eye)]
+        said += [f"{side} eye: {text}" for text in _wavefront_advice(viewer(rig, side))]
     return _joined(said)
 
 
@@ -92,7 +91,7 @@ def _wavefront_advice(eye: Eye) -> list[str]:
 
 def _given_advice(rig: Rig, side: Side, optics: EyeOptics) -> list[str]:
     """What is odd in the eye's own table."""
-    eye = rig.left if side == "left" else rig.right
+    eye = viewer(rig, side)
     sentences = _wavefront_advice(eye)
     blur = limits.blur_matrix(bench_of(rig), optics)
     # What is left on the far-sighted side was beyond the eye's reach.

@@ -9,18 +9,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vrlf.errors import InputError
 from vrlf.model import Eye, Rig
 from vrlf.optics import frames, polynomial, refraction
 from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.polynomial import Float
-from vrlf.optics.viewport import Side
-from vrlf.optics.wavefront import zernike_wavefront_um
+from vrlf.optics.pupil import DEFAULT_AGE_YEARS, natural_pupil_mm, weighed_mm
+from vrlf.optics.viewport import Side, pitch_mm, viewport
+from vrlf.optics.wavefront import rescaled_um, zernike_wavefront_um
 from vrlf.units import MM_PER_M, NM_PER_UM, REFERENCE_WAVELENGTH_NM, SLOPE_PER_PRISM_DIOPTRE
 
-# Hofstetter 1950, mean amplitude; the age stands in where a rig gives none.
+# Hofstetter 1950, mean amplitude.
 AMPLITUDE_AT_BIRTH_D = 18.5
 AMPLITUDE_LOSS_D_PER_YEAR = 0.30
-DEFAULT_AGE_YEARS = 30.0
 
 
 def amplitude_of_accommodation_d(age_years: float | None) -> float:
@@ -73,6 +74,19 @@ def refraction_matrix_d(eye: Eye) -> Float:
     return frames.swap_matrix_view(matrix)
 
 
+def paraxial_matrix_d(eye: Eye) -> Float:
+    """Refractive error of an unaccommodated eye's pupil centre, all orders in; wearer's frame.
+
+    Minus the Hessian of the whole wavefront at the centre: the power vector with higher orders,
+    M = (-4 sqrt3 c20 + 12 sqrt5 c40 - 24 sqrt7 c60 + ...) / r^2 (Thibos et al. 2004).
+
+    Returns
+    -------
+    ndarray, shape (2, 2), dioptre
+    """
+    return refraction.curvature_matrix_d(relaxed_wavefront_um(eye))
+
+
 def accommodation_d(eye: Eye, bench: Bench) -> float:
     """The power that the eye adds: none when relaxed, else what brings the mean error to 0.
 
@@ -86,6 +100,39 @@ def accommodation_d(eye: Eye, bench: Bench) -> float:
     return float(np.clip(wanted_d, 0.0, amplitude_of_accommodation_d(eye.age_years)))
 
 
+def higher_order_rms_um(eye: Eye) -> float:
+    """Root mean square of the wavefront's orders above 2 over the eye's pupil.
+
+    Normalised terms are orthonormal over the pupil that they are given for, so it is the root
+    of the sum of their squares there.
+    """
+    if eye.zernike is None:
+        return 0.0
+    terms = rescaled_um(zernike_terms_um(eye), eye.zernike.diameter_mm, eye.pupil_mm)
+    return float(np.sqrt(sum(value**2 for (n, _), value in terms.items() if n > 2)))
+
+
+def clear_zone_mm(eye: Eye) -> tuple[float | None, float | None] | None:
+    """Nearest and farthest distance that an eye by itself sees sharp (T 3.3, its slips mended).
+
+    The mean error M reaches from M, relaxed, to M - A; what is negative is a distance of
+    -1000 / M mm. A myope of -5 D with 8 D to add sees sharp from 77 to 200 mm, a hyperope of
+    +5 D from 333 mm to infinity.
+
+    Returns
+    -------
+    (near, far) or None
+        None in place of a distance is infinity; no zone at all where all of the amplitude is not
+        enough.
+    """
+    relaxed_d = float(np.trace(refraction_matrix_d(eye))) / 2.0
+    nearest_d = relaxed_d - amplitude_of_accommodation_d(eye.age_years)
+    if nearest_d > 0.0:
+        return None
+    near = None if nearest_d == 0.0 else -MM_PER_M / nearest_d
+    return near, (-MM_PER_M / relaxed_d if relaxed_d < 0.0 else None)
+
+
 @dataclass(frozen=True)
 class EyeOptics:
     """What the ray equations need of one eye.
@@ -96,8 +143,9 @@ class EyeOptics:
         Diameter and centre, wearer's frame.
     accommodation_d
         The power that the eye adds.
-    matrix_d : ndarray (2, 2)
-        Refraction at 589 nm, accommodated, second order alone; wearer's frame.
+    matrix_d, paraxial_matrix_d : ndarray (2, 2)
+        Refraction at 589 nm, accommodated, second order alone and with all orders; wearer's
+        frame.
     aberration : tuple of three (Tx, Ty)
         The transverse aberration T(u - o), polynomials in mm of the pupil, for each of the
         panel's colours; prism included.
@@ -108,6 +156,16 @@ class EyeOptics:
     accommodation_d: float
     matrix_d: Float
     aberration: tuple[tuple[Float, Float], ...]
+    paraxial_matrix_d: Float
+    stiles_crawford_per_mm2: float = 0.0
+
+    def weighed(self, even_mm: Float) -> Float:
+        """Pupil points that all count alike, from evenly spread ones; (..., 2) mm from its centre.
+
+        They differ by the Stiles-Crawford effect.
+        """
+        rho_per_mm2 = self.stiles_crawford_per_mm2
+        return even_mm if rho_per_mm2 == 0.0 else weighed_mm(even_mm, self.pupil_mm, rho_per_mm2)
 
     @property
     def is_chromatic(self) -> bool:
@@ -115,9 +173,53 @@ class EyeOptics:
         return any(other is not self.aberration[0] for other in self.aberration[1:])
 
 
+def viewer(rig: Rig, side: Side) -> Eye:
+    """What looks at one half of the panel: the eye, its pupil as wide as it is then, or a camera.
+
+    A camera that is sharp at s mm is an eye with a far point there: of -1000 / s D, with a pupil
+    of its focal length over its f-number.
+
+    Raises
+    ------
+    InputError
+        If the light opens the pupil beyond what its wavefront was measured over.
+    """
+    eye: Eye = rig.left if side == "left" else rig.right
+    if eye.camera is not None:
+        focus_mm = eye.camera.focus_mm
+        return Eye(
+            sphere_d=0.0 if focus_mm is None else -MM_PER_M / focus_mm,
+            vertex_mm=0.0,
+            pupil_mm=eye.camera.focal_mm / eye.camera.f_number,
+            pupil_offset_mm=eye.pupil_offset_mm,
+        )
+    if eye.luminance_cd_m2 is None:
+        return eye
+    pupil_mm = natural_pupil_mm(eye.luminance_cd_m2, field_deg2(rig, side), eye.age_years)
+    zernike = eye.zernike
+    if zernike is not None and not zernike.extrapolate and pupil_mm > zernike.diameter_mm:
+        raise InputError(
+            f"{side}.luminance_cd_m2: found {eye.luminance_cd_m2:g}, which opens the pupil to "
+            f"{pupil_mm:.2f} mm, wanted at most {zernike.diameter_mm:g} mm, over which the "
+            "wavefront was measured (or zernike.extrapolate = true)"
+        )
+    return eye.model_copy(update={"pupil_mm": pupil_mm})
+
+
+def field_deg2(rig: Rig, side: Side) -> float:
+    """Area of an eye's half of the panel as it sees it, in square degrees."""
+    view, bench = viewport(rig, side), bench_of(rig)
+    slopes = [
+        length * pitch_mm(rig) / bench.panel_per_slope_mm
+        for length in (view.width_px, view.height_px)
+    ]
+    across, up = (2.0 * np.degrees(np.arctan(slope / 2.0)) for slope in slopes)
+    return float(across * up)
+
+
 def eye_optics(rig: Rig, side: Side) -> EyeOptics:
     """The optics of the eye on ``side`` ("left" or "right") of a rig."""
-    eye: Eye = rig.left if side == "left" else rig.right
+    eye = viewer(rig, side)
     added_d = accommodation_d(eye, bench_of(rig))
     relaxed = relaxed_wavefront_um(eye)
     identity = np.eye(2)
@@ -141,6 +243,8 @@ def eye_optics(rig: Rig, side: Side) -> EyeOptics:
         accommodation_d=added_d,
         matrix_d=refraction_matrix_d(eye) - added_d * identity,
         aberration=colours,
+        paraxial_matrix_d=paraxial_matrix_d(eye) - added_d * identity,
+        stiles_crawford_per_mm2=eye.stiles_crawford_per_mm2,
     )
 
 

@@ -12,14 +12,25 @@ from vrlf.model import Rig
 from vrlf.optics import limits
 from vrlf.optics.advice import advice
 from vrlf.optics.bench import Bench, bench_of
-from vrlf.optics.eye import EyeOptics, eye_optics
+from vrlf.optics.eye import (
+    EyeOptics,
+    aberration_at,
+    amplitude_of_accommodation_d,
+    clear_zone_mm,
+    eye_optics,
+    higher_order_rms_um,
+    viewer,
+)
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.refraction import sphero_cylinder
+from vrlf.optics.samples import pupil_points
 from vrlf.optics.viewport import SIDES, Side, pitch_mm
 from vrlf.units import MM_PER_M
 
 # Vergences nearer than this to nothing count as nothing: an image beyond 1000 km.
 _FLAT_PER_MM = 1e-9
+# Rays of a spot: its radius is then known to a part in a thousand.
+_SPOT_RAYS = 1024
 _ARRAY_KEYS = tuple(limits.ArrayLimits.__dataclass_fields__)
 
 
@@ -32,8 +43,13 @@ def inspect_rig(rig: Rig) -> dict[str, Any]:
         ``left``, ``right``: ``sphere_d``, ``cylinder_d``, ``axis_deg`` (residual error at the
         pupil, panel vergence and accommodation in it), ``mean_error_d``,
         ``focus_distance_mm``, ``blur_mm``, ``blur_px``, ``accommodation_d``, and with an
-        array ``corrected_blur_px``, ``best_focal_mm``; ``array``; ``display``; ``warnings``.
-        Null (None) stands where a thing is not there.
+        array ``corrected_blur_px``, ``best_focal_mm``. These are of the second order alone;
+        ``paraxial_sphere_d``, ``paraxial_cylinder_d``, ``paraxial_axis_deg``,
+        ``paraxial_mean_error_d`` have the higher orders in, at the pupil's centre. Of the eye by
+        itself ``pupil_mm``, ``amplitude_d``, ``clear_zone`` (null for infinity),
+        ``higher_order_rms_um`` over its pupil; ``spot_rms_px``, the radius of a point's image,
+        root mean square, all orders in. Then ``array``; ``display``; ``warnings``. Null (None)
+        stands where a thing is not there.
     """
     found = array_numbers(rig)
     return {
@@ -49,8 +65,51 @@ def residual_matrix_d(bench: Bench, optics: EyeOptics) -> Any:
     return MM_PER_M * limits.blur_matrix(bench, optics) / bench.panel_per_slope_mm
 
 
-def eye_numbers(rig: Rig, side: Side) -> dict[str, float | None]:
-    """What one eye has left to be corrected."""
+def eye_numbers(rig: Rig, side: Side) -> dict[str, Any]:
+    """What one eye has left to be corrected, and what it is by itself."""
+    return {**_residual_numbers(rig, side), **_own_numbers(rig, side)}
+
+
+def _own_numbers(rig: Rig, side: Side) -> dict[str, Any]:
+    """The eye by itself: pupil, reach, and its wavefront with all orders in."""
+    bench, optics, eye = bench_of(rig), eye_optics(rig, side), viewer(rig, side)
+    paraxial = MM_PER_M * limits.paraxial_blur_matrix(bench, optics) / bench.panel_per_slope_mm
+    rx = sphero_cylinder(paraxial)
+    zone = clear_zone_mm(eye)
+    is_camera = (rig.left if side == "left" else rig.right).camera is not None
+    return {
+        "pupil_mm": optics.pupil_mm,
+        "amplitude_d": 0.0 if is_camera else amplitude_of_accommodation_d(eye.age_years),
+        "clear_zone": None if zone is None or is_camera else _zone(zone),
+        "paraxial_sphere_d": rx.sphere_d,
+        "paraxial_cylinder_d": rx.cylinder_d,
+        "paraxial_axis_deg": rx.axis_deg,
+        "paraxial_mean_error_d": float(np.trace(paraxial)) / 2.0,
+        "higher_order_rms_um": higher_order_rms_um(eye),
+        "spot_rms_px": spot_rms_px(rig, optics),
+    }
+
+
+def spot_rms_px(rig: Rig, optics: EyeOptics) -> float:
+    """Root mean square radius of a point's image on the bare panel, all orders and colours in.
+
+    An even disc of that much is 2 sqrt 2 times as wide.
+    """
+    bench, at = bench_of(rig), pupil_points(rig, optics, _SPOT_RAYS)
+    landings = [
+        bench.defocus_factor * at.u_mm
+        + bench.panel_per_slope_mm * aberration_at(colour, at.from_centre_mm)
+        for colour in optics.aberration
+    ]
+    spread = np.mean([np.sum(np.var(each, axis=0)) for each in landings])
+    return float(np.sqrt(spread)) / pitch_mm(rig)
+
+
+def _zone(zone: tuple[float | None, float | None]) -> dict[str, float | None]:
+    return {"near_mm": zone[0], "far_mm": zone[1]}
+
+
+def _residual_numbers(rig: Rig, side: Side) -> dict[str, float | None]:
     bench, optics, lattice = bench_of(rig), eye_optics(rig, side), lattice_of(rig)
     residual = residual_matrix_d(bench, optics)
     rx = sphero_cylinder(residual)

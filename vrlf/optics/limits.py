@@ -62,6 +62,12 @@ def blur_matrix(bench: Bench, optics: EyeOptics) -> Float:
     return np.asarray(bench.defocus_factor * np.eye(2) + spread)
 
 
+def paraxial_blur_matrix(bench: Bench, optics: EyeOptics) -> Float:
+    """The same about the pupil's centre, with all orders of the wavefront in."""
+    spread = bench.panel_per_slope_mm * optics.paraxial_matrix_d / MM_PER_M
+    return np.asarray(bench.defocus_factor * np.eye(2) + spread)
+
+
 def worst_meridian(matrix: Float) -> float:
     """Largest absolute eigenvalue of a symmetric matrix."""
     return float(np.abs(np.linalg.eigvalsh(matrix)).max())

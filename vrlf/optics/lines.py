@@ -34,7 +34,8 @@ class Stretches:
     Attributes
     ----------
     from_centre_mm : ndarray (n, 2, 2)
-        Pupil points from the pupil's own centre, wearer's frame.
+        Pupil points from the pupil's own centre, wearer's frame; spread evenly, so not weighed by
+        the Stiles-Crawford effect yet.
     within_pixel_mm : ndarray (n, 2, 2)
         Places in the retinal pixel, from its centre, y up.
     share : ndarray (n,)

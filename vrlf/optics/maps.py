@@ -24,7 +24,9 @@ class RayMaps:
     optics: EyeOptics
     colour: int
 
-    def __call__(self, from_centre_mm: Float) -> tuple[Float, Float]:
+    def __call__(self, even_mm: Float) -> tuple[Float, Float]:
+        """phi and psi of points that are spread evenly over the pupil, from its centre."""
+        from_centre_mm = self.optics.weighed(even_mm)
         u_mm = from_centre_mm + np.array(self.optics.pupil_offset_mm)
         slope = aberration_at(self.optics.aberration[self.colour], from_centre_mm)
         phi_mm = self.bench.array_defocus_factor * u_mm + self.bench.array_per_slope_mm * slope
@@ -41,7 +43,9 @@ class RayMaps:
 
     @property
     def is_affine(self) -> bool:
-        """Whether the eye is a sphero-cylinder with a prism at most."""
+        """Whether the eye is a sphero-cylinder with a prism at most, weighed evenly."""
+        if self.optics.stiles_crawford_per_mm2 != 0.0:
+            return False
         polynomials = self.optics.aberration[self.colour]
         return all(
             abs(value) == 0.0 or i + j <= 1

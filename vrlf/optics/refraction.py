@@ -36,6 +36,13 @@ def at_pupil(rx: SpheroCylinder, vertex_mm: float) -> SpheroCylinder:
     return SpheroCylinder(along, across - along, rx.axis_deg)
 
 
+def transposed(rx: SpheroCylinder) -> SpheroCylinder:
+    """The same refraction in the other cylinder form: S + C, -C, axis turned by 90 degrees."""
+    return SpheroCylinder(
+        rx.sphere_d + rx.cylinder_d, 0.0 - rx.cylinder_d, (rx.axis_deg + 90.0) % 180.0
+    )
+
+
 def power_vector_d(rx: SpheroCylinder) -> tuple[float, float, float]:
     """(M, J0, J45), Thibos, Wheeler & Horner 1997, equations 2 to 4."""
     double_axis = 2.0 * np.radians(rx.axis_deg)

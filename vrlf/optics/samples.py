@@ -62,7 +62,7 @@ def point_count(rays: int, lattice: Lattice | None) -> int:
 def pupil_points(rig: Rig, optics: EyeOptics, rays: int) -> PupilPoints:
     """Well-spread points over the pupil and over the retinal pixel's area."""
     square = sequence.points(point_count(rays, lattice_of(rig)))
-    from_centre_mm = sequence.to_disc(square[:, :2]) * optics.pupil_mm / 2.0
+    from_centre_mm = optics.weighed(sequence.to_disc(square[:, :2]) * optics.pupil_mm / 2.0)
     return PupilPoints(
         u_mm=from_centre_mm + np.array(optics.pupil_offset_mm),
         from_centre_mm=from_centre_mm,

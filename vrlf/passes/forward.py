@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from vrlf.gpu import Block, Buffer, ComputePass, ComputeVariants, Device, Field, Texture
 from vrlf.gpu.compute import GROUP_PX
 from vrlf.model import Rig
-from vrlf.model.eye import ZERNIKE_ORDER_LIMIT
+from vrlf.model.zernike import ZERNIKE_ORDER_LIMIT
 from vrlf.optics import polynomial
 from vrlf.optics.bench import bench_of
 from vrlf.optics.eye import eye_optics

@@ -93,7 +93,8 @@ def _by_lines(half: Float, eye: _Eye, rays: int) -> Float:
 
 def _along(half: Float, eye: _Eye, lines: Stretches, index: int) -> Float:
     """The mean light along one stretch, for every pixel."""
-    ends_mm, within_mm = lines.from_centre_mm[index], lines.within_pixel_mm[index]
+    ends_mm = eye.optics.weighed(lines.from_centre_mm[index])
+    within_mm = lines.within_pixel_mm[index]
     slopes = eye.slope(ends_mm)
 
     def at(place: Float) -> Landing:
