@@ -22,7 +22,7 @@ from vrlf.optics.eye import (
     viewer,
 )
 from vrlf.optics.inspect import inspect_rig
-from vrlf.optics.pupil import natural_pupil_mm, weighed_mm
+from vrlf.optics.pupil_light import natural_pupil_mm, weighed_mm
 from vrlf.optics.refraction import SpheroCylinder
 from vrlf.optics.samples import pupil_points
 from vrlf.optics.sequence import points, to_disc

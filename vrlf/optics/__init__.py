@@ -7,7 +7,7 @@ frames       the one place where the examiner's view becomes the wearer's
 polynomial   polynomials of the two pupil coordinates
 wavefront    Zernike terms as polynomials, over any pupil, as power vectors
 refraction   prescriptions, power vectors, matrices, transverse aberration
-pupil        how wide a pupil is in its light, how much its parts count
+pupil_light  how wide a pupil is in its light, how much its parts count
 eye          an eye's wavefront, accommodated, for each colour of the panel; cameras
 bench        distances and powers of the headset
 viewport     which columns an eye sees, where its axis meets the panel

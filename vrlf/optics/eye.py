@@ -14,7 +14,7 @@ from vrlf.model import Eye, Rig
 from vrlf.optics import frames, polynomial, refraction
 from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.polynomial import Float
-from vrlf.optics.pupil import DEFAULT_AGE_YEARS, natural_pupil_mm, weighed_mm
+from vrlf.optics.pupil_light import DEFAULT_AGE_YEARS, natural_pupil_mm, weighed_mm
 from vrlf.optics.viewport import Side, pitch_mm, viewport
 from vrlf.optics.wavefront import rescaled_um, zernike_wavefront_um
 from vrlf.units import MM_PER_M, NM_PER_UM, REFERENCE_WAVELENGTH_NM, SLOPE_PER_PRISM_DIOPTRE
