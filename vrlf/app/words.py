@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from vrlf.model import Rig
+from vrlf.model import Rig, prescription_text
 
 Numbers = dict[str, Any]
 # Reading needs about this; below it letters of a headline size are lost.
@@ -66,10 +66,7 @@ def _eye(name: str, eye: Numbers, display: Numbers) -> str:
 
 def prescription(eye: Numbers) -> str:
     """As it is written on paper."""
-    sphere = f"{eye['sphere_d']:+.2f}"
-    if round(eye["cylinder_d"], 2) == 0.0:
-        return f"{sphere} D"
-    return f"{sphere} / {eye['cylinder_d']:+.2f} x {eye['axis_deg']:.0f}"
+    return prescription_text(eye["sphere_d"], eye["cylinder_d"], eye["axis_deg"])
 
 
 def _focus(mm: float | None) -> str:

@@ -8,6 +8,8 @@ polynomial   polynomials of the two pupil coordinates
 wavefront    Zernike terms as polynomials
 refraction   prescriptions, power vectors, matrices, transverse aberration
 eye          an eye's wavefront, accommodated, for each colour of the panel
+pupil        the wavefront with which a point of the panel is seen, its RMS and its rays
+psf          point spread functions by rays and by diffraction, modulation transfer
 bench        distances and powers of the headset
 viewport     which columns an eye sees, where its axis meets the panel
 subpixels    where in a pixel each colour emits
