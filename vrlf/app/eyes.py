@@ -24,7 +24,7 @@ _LARGEST_LETTER_ARCMIN = 60.0 * ARCMIN_PER_DEGREE
 @click.option(
     "--alone",
     is_flag=True,
-    help="The eyes without the headset, looking at infinity.",
+    help="The eyes by themselves: a point at infinity in place of the panel's.",
 )
 @click.option(
     "--letter",
@@ -53,7 +53,7 @@ def eye(
     choice = rig_choice(options)
     rig = choice.load()
     if output is not None:
-        check_plot(output, "--output")
+        check_plot(output, "-o")
     say_of_wavefronts(rig)
     if alone:
         rig = looking_far(rig)

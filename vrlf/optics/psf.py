@@ -198,36 +198,75 @@ def strehl_ratio(psf: PointSpread) -> float:
     return float((upward @ psf.share @ across.T).max()) / psf.flat_peak
 
 
-def geometric_shares(
+@dataclass(frozen=True)
+class Rays:
+    """Rays through well-spread points of a pupil: where each is seen, and how much it counts.
+
+    Attributes
+    ----------
+    slopes : ndarray (n, 2)
+        From the spot's origin, right and up.
+    weights : ndarray (n,)
+        Sum 1.
+    """
+
+    slopes: Float
+    weights: Float
+
+
+def rays_through(
     wavefront_um: Float,
     pupil_mm: float,
-    cells: Cells,
     *,
     stiles_crawford_per_mm2: float = 0.0,
     count: int = GEOMETRIC_POINTS,
-) -> Float:
-    """The part of all rays through the pupil that are seen in each cell, rows y upward."""
+) -> Rays:
+    """The rays of a point through a pupil; arguments as of ``fraunhofer``."""
     v_mm = sequence.to_disc(sequence.points(count)[:, :2]) * pupil_mm / 2.0
-    weight = apodisation(np.hypot(v_mm[:, 0], v_mm[:, 1]), stiles_crawford_per_mm2)
-    place = np.floor((spot_slopes(wavefront_um, v_mm) + cells.half_slope) / cells.step_slope)
+    weights = apodisation(np.hypot(v_mm[:, 0], v_mm[:, 1]), stiles_crawford_per_mm2)
+    return Rays(spot_slopes(wavefront_um, v_mm), weights / weights.sum())
+
+
+def geometric_shares(rays: Rays, cells: Cells) -> Float:
+    """The geometric point spread: the part of all rays in each cell, rows y upward."""
+    place = np.floor((rays.slopes + cells.half_slope) / cells.step_slope)
     inside = np.all((place >= 0) & (place < cells.count), axis=1)
     column, row = place[inside].astype(np.int64).T
-    shares = np.bincount(
-        row * cells.count + column, weight[inside], minlength=cells.count * cells.count
-    )
-    return np.asarray(shares.reshape(cells.count, cells.count) / weight.sum())
+    flat = np.bincount(row * cells.count + column, rays.weights[inside], cells.count**2)
+    return np.asarray(flat.reshape(cells.count, cells.count))
 
 
-def half_light_slope(shares: Float, cells: Cells) -> float:
-    """Diameter of the circle about the spot's centroid that holds half of all light."""
-    x, y = np.meshgrid(cells.centres_slope, cells.centres_slope)
-    total = shares.sum()
-    centre = float((shares * x).sum() / total), float((shares * y).sum() / total)
-    distance = np.hypot(x - centre[0], y - centre[1]).ravel()
-    order = np.argsort(distance)
-    held = np.cumsum(shares.ravel()[order])
-    found = min(int(np.searchsorted(held, 0.5)), len(order) - 1)
-    return float(2.0 * distance[order[found]])
+def geometric_half_light_slope(rays: Rays) -> float:
+    """Diameter of the circle about the spot's centroid that holds half of all rays."""
+    centre = rays.weights @ rays.slopes
+    return _half_held(np.hypot(*(rays.slopes - centre).T), rays.weights)
+
+
+def half_light_slope(psf: PointSpread, cells: Cells) -> float:
+    """Diameter of the circle about the spot's centroid that holds half of all light.
+
+    The centroid is that of the light within ``cells``, which must hold more than half; the
+    circle is then found on cells as fine as it allows.
+    """
+    shares, x = cell_shares(psf, cells), cells.centres_slope
+    centre = np.array([shares.sum(axis=0) @ x, shares.sum(axis=1) @ x]) / shares.sum()
+    width = _half_held(_distances(cells, centre), shares.ravel())
+    reach = float(np.abs(centre).max()) + width / 2.0 + cells.step_slope
+    finer = Cells(cells.count, 2.0 * reach / cells.count)
+    return _half_held(_distances(finer, centre), cell_shares(psf, finer).ravel())
+
+
+def _distances(cells: Cells, centre: Float) -> Float:
+    """How far each cell's centre is from a point (x, y), row by row."""
+    x, y = (cells.centres_slope - each for each in centre)
+    return np.asarray(np.hypot(x[None, :], y[:, None]).ravel())
+
+
+def _half_held(distances: Float, weights: Float) -> float:
+    """Twice the distance within which the weights sum to 1/2."""
+    order = np.argsort(distances)
+    held = np.searchsorted(np.cumsum(weights[order]), 0.5)
+    return float(2.0 * distances[order[min(int(held), len(order) - 1)]])
 
 
 def modulation(psf: PointSpread, cycles_per_slope: Float) -> Float:

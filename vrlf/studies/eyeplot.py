@@ -79,7 +79,9 @@ def eyes_figure(
         row.suptitle(f"{name} eye:  {summary(report)}", fontweight="bold", fontsize="large")
         axes = row.subplots(1, _COLUMNS)
         _draw_wavefront(axes[0], report)
-        _draw_spot(axes[1], report, report.geometric, "a point, by rays", "")
+        blurred = max(report.geometric_half_light_arcmin) > _cell_arcmin(report)
+        note = "" if blurred else "no blur: all rays meet"
+        _draw_spot(axes[1], report, report.geometric, "a point, by rays", note)
         strehl = " / ".join(f"{each:.2g}" for each in report.strehl)
         _draw_spot(
             axes[2], report, report.diffraction, "a point, with diffraction", f"Strehl {strehl}"
@@ -102,6 +104,10 @@ def summary(report: EyeReport) -> str:
         across, upward = "right" if x >= 0.0 else "left", "up" if y >= 0.0 else "down"
         text += f", seen {abs(x):.1f} arcmin {across} and {abs(y):.1f} {upward}"
     return text
+
+
+def _cell_arcmin(report: EyeReport) -> float:
+    return report.cells.step_slope * ARCMIN_PER_SLOPE
 
 
 def _draw_wavefront(axes: Axes, report: EyeReport) -> None:

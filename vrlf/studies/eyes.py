@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, log10
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from vrlf.optics.bench import bench_of
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.inspect import residual_matrix_d
 from vrlf.optics.polynomial import Float
-from vrlf.optics.psf import Cells, PointSpread
+from vrlf.optics.psf import Cells, PointSpread, Rays
 from vrlf.optics.pupil import (
     SPECTACLE_ORDER,
     SeenWavefront,
@@ -30,6 +30,8 @@ from vrlf.optics.pupil import (
 from vrlf.optics.refraction import SpheroCylinder, sphero_cylinder
 from vrlf.optics.viewport import Side, pitch_mm
 from vrlf.units import ARCMIN_PER_SLOPE, DEGREES_PER_SLOPE, NM_PER_MM
+
+Item = TypeVar("Item")
 
 COLOURS: Final = ("red", "green", "blue")
 # The one Sloan letter that no mirror and no turn leaves as it is.
@@ -61,6 +63,8 @@ class EyeReport:
         At the wavelength prescriptions are meant for, without tilt; without sphere and cylinder.
     strehl : tuple of three floats
         For each of the panel's colours.
+    half_light_arcmin, geometric_half_light_arcmin : tuple of three floats
+        Diameter that holds half of each colour's light, with diffraction and by rays.
     cells : Cells
         The grid of ``geometric`` and ``diffraction``.
     geometric, diffraction : ndarray (n, n, 3)
@@ -75,21 +79,13 @@ class EyeReport:
     rms_um: float
     higher_order_rms_um: float
     strehl: tuple[float, ...]
+    half_light_arcmin: tuple[float, ...]
+    geometric_half_light_arcmin: tuple[float, ...]
     cells: Cells
     geometric: Float
     diffraction: Float
     spreads: tuple[PointSpread, ...]
     pixel_arcmin: float
-
-    @property
-    def half_light_arcmin(self) -> tuple[float, ...]:
-        """Diameter that holds half of each colour's light, with diffraction."""
-        return tuple(_half_light_arcmin(self.diffraction[..., k], self.cells) for k in range(3))
-
-    @property
-    def geometric_half_light_arcmin(self) -> tuple[float, ...]:
-        """The same for rays."""
-        return tuple(_half_light_arcmin(self.geometric[..., k], self.cells) for k in range(3))
 
     def to_json(self) -> dict[str, Any]:
         """The numbers, by the names that scripts rely on."""
@@ -110,10 +106,6 @@ class EyeReport:
         }
 
 
-def _half_light_arcmin(shares: Float, cells: Cells) -> float:
-    return spread.half_light_slope(shares, cells) * ARCMIN_PER_SLOPE
-
-
 def eye_report(rig: Rig, side: Side) -> EyeReport:
     """Everything that is said and drawn of one eye.
 
@@ -127,7 +119,9 @@ def eye_report(rig: Rig, side: Side) -> EyeReport:
         spreads = tuple(spread.fraunhofer(*each) for each in _colours(seen))
     except InputError as error:
         raise InputError(f"{side} eye: {error}") from error
-    cells = _spot_cells(seen)
+    cells, rays = _spot_cells(seen), _rays(seen)
+    half_light = [spread.half_light_slope(each, cells) for each in spreads]
+    by_rays = [spread.geometric_half_light_slope(each) for each in rays]
     higher = without_order(seen.reference_um, seen.pupil_mm, SPECTACLE_ORDER)
     return EyeReport(
         seen=seen,
@@ -135,8 +129,12 @@ def eye_report(rig: Rig, side: Side) -> EyeReport:
         rms_um=rms_um(seen.reference_um, seen.pupil_mm),
         higher_order_rms_um=rms_um(higher, seen.pupil_mm),
         strehl=tuple(spread.strehl_ratio(each) for each in spreads),
+        half_light_arcmin=tuple(slope * ARCMIN_PER_SLOPE for slope in half_light),
+        geometric_half_light_arcmin=_three([slope * ARCMIN_PER_SLOPE for slope in by_rays]),
         cells=cells,
-        geometric=_geometric(seen, cells),
+        geometric=np.stack(
+            _three([spread.geometric_shares(each, cells) for each in rays]), axis=-1
+        ),
         diffraction=np.stack([spread.cell_shares(each, cells) for each in spreads], axis=-1),
         spreads=spreads,
         pixel_arcmin=pitch_mm(rig) / bench.panel_per_slope_mm * ARCMIN_PER_SLOPE,
@@ -157,12 +155,16 @@ def _spot_cells(seen: SeenWavefront) -> Cells:
     return Cells(_SPOT_CELLS, 2.0 * half_slope / _SPOT_CELLS)
 
 
-def _geometric(seen: SeenWavefront, cells: Cells) -> Float:
-    """Rays of each colour; traced once where the colours do not differ."""
+def _rays(seen: SeenWavefront) -> list[Rays]:
+    """Rays of each colour, or of all where the colours do not differ."""
     differ = any(other is not seen.colours_um[0] for other in seen.colours_um)
     wavefronts = seen.colours_um if differ else seen.colours_um[:1]
-    shares = [spread.geometric_shares(each, seen.pupil_mm, cells) for each in wavefronts]
-    return np.stack(shares if differ else shares * len(COLOURS), axis=-1)
+    return [spread.rays_through(each, seen.pupil_mm) for each in wavefronts]
+
+
+def _three(found: list[Item]) -> tuple[Item, ...]:
+    """One for each colour."""
+    return tuple(found if len(found) > 1 else found * len(COLOURS))
 
 
 @dataclass(frozen=True)
@@ -224,7 +226,7 @@ class SeenLetter:
 def letter_height_arcmin(report: EyeReport) -> float:
     """The line of an acuity chart, from logMAR 0 up, at the limit of what this blur leaves."""
     wanted = _LETTER_WIDTHS * max(report.half_light_arcmin) / LETTER_ARCMIN_AT_ZERO
-    steps = max(0, ceil(STEPS_PER_UNIT * log10(wanted)))
+    steps = ceil(STEPS_PER_UNIT * log10(max(1.0, wanted)))
     return float(LETTER_ARCMIN_AT_ZERO * 10.0 ** (steps / STEPS_PER_UNIT))
 
 
