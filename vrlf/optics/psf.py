@@ -49,7 +49,7 @@ class Cells:
     count : int
         Cells a side; the middle one of an odd count is centred on the origin.
     step_slope : float
-        Side of a cell.
+        Side of a cell: arcmin / ``ARCMIN_PER_SLOPE``, or a panel pixel's pitch over m.
     """
 
     count: int
