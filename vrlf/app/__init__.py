@@ -11,6 +11,7 @@ previewing  ``preview``: the live window
 preview/    what the window is made of
 rendering   ``render``: its frames without it
 encoder     a picture on the GPU as the codes that files hold
+eyes        ``eye``: what each eye makes of a point
 facts       ``inspect``, ``rigs``, ``doctor``
 words       the text of ``inspect``
 demo        ``demo``: the whole chain on shipped content

@@ -166,8 +166,8 @@ def _doctor_text(report: dict[str, Any]) -> str:
     lines.append("All is well." if report["ok"] else f"Problem         {report['problem']}")
     if not report["ok"]:
         lines += [
-            "until then      'inspect', 'rigs' and 'chart' need no GPU, nor do 'prefilter' and",
-            "                'perceive' with --device reference, which is slow",
+            "until then      'inspect', 'eye', 'rigs' and 'chart' need no GPU, nor do 'prefilter'",
+            "                and 'perceive' with --device reference, which is slow",
         ]
         if sys.platform.startswith("linux"):
             lines.append("no GPU at all?  Mesa's llvmpipe lets the CPU do its work: see the README")

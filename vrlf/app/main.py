@@ -12,6 +12,7 @@ import click
 from vrlf import __version__
 from vrlf.app.benching import bench
 from vrlf.app.demo import demo
+from vrlf.app.eyes import eye
 from vrlf.app.facts import doctor, inspect, rigs
 from vrlf.app.options import say
 from vrlf.app.pictures import chart, perceive, prefilter
@@ -57,7 +58,10 @@ def vrlf(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _command in (demo, prefilter, perceive, preview, render, inspect, doctor, rigs, chart, bench):
+for _command in (
+    *(demo, prefilter, perceive, preview, render),
+    *(inspect, eye, doctor, rigs, chart, bench),
+):
     vrlf.add_command(_command)
 
 

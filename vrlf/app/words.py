@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import Any
 
-from vrlf.model import Rig
+from vrlf.model import Rig, prescription_text
 from vrlf.units import UM_PER_MM
 
 Numbers = dict[str, Any]
@@ -99,10 +99,7 @@ def _zone(zone: Numbers) -> str:
 
 def prescription(eye: Numbers) -> str:
     """As it is written on paper."""
-    sphere = f"{eye['sphere_d']:+.2f}"
-    if round(eye["cylinder_d"], 2) == 0.0:
-        return f"{sphere} D"
-    return f"{sphere} / {eye['cylinder_d']:+.2f} x {eye['axis_deg']:.0f}"
+    return prescription_text(eye["sphere_d"], eye["cylinder_d"], eye["axis_deg"])
 
 
 def _focus(mm: float | None) -> str:

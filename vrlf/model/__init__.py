@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from vrlf.model.eye import Camera, Eye
 from vrlf.model.hardware import SUBPIXEL_LAYOUTS, Array, Headset, Panel, lens_power_d
-from vrlf.model.prescription import parse_prescription
+from vrlf.model.prescription import parse_prescription, prescription_text
 from vrlf.model.reading import load_rig, rig_from_tables
 from vrlf.model.rig import Prefilter, Rig, rig_json_schema
 from vrlf.model.shelf import DEFAULT_RIG, rig_names, rig_summary
@@ -47,6 +47,7 @@ __all__ = [
     "lens_power_d",
     "load_rig",
     "parse_prescription",
+    "prescription_text",
     "rig_from_tables",
     "rig_json_schema",
     "rig_names",

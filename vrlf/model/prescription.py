@@ -74,6 +74,13 @@ def parse_prescription(text: str) -> tuple[float, float, float]:
     return sphere_d, cylinder_d, axis_deg if cylinder_d else 0.0
 
 
+def prescription_text(sphere_d: float, cylinder_d: float, axis_deg: float) -> str:
+    """A prescription as it is written on paper, to hundredths of a dioptre."""
+    if round(cylinder_d, 2) == 0.0:
+        return f"{sphere_d:+.2f} D"
+    return f"{sphere_d:+.2f} / {cylinder_d:+.2f} x {axis_deg:.0f}"
+
+
 def _value(number: str) -> float:
     # Adding 0 turns the -0 of "-0.00" into 0.
     return float("".join(number.split())) + 0.0

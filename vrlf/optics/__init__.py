@@ -9,6 +9,8 @@ wavefront    Zernike terms as polynomials, over any pupil, as power vectors
 refraction   prescriptions, power vectors, matrices, transverse aberration
 pupil_light  how wide a pupil is in its light, how much its parts count
 eye          an eye's wavefront, accommodated, for each colour of the panel; cameras
+pupil        the wavefront with which a point of the panel is seen, its RMS and its rays
+psf          point spread functions by rays and by diffraction, modulation transfer
 bench        distances and powers of the headset
 viewport     which columns an eye sees, where its axis meets the panel
 subpixels    where in a pixel each colour emits

@@ -55,6 +55,25 @@ def relaxed_wavefront_um(eye: Eye) -> Float:
     return frames.swap_wavefront_view(wavefront)
 
 
+def accommodated_wavefront_um(eye: Eye, power_d: float) -> Float:
+    """The relaxed eye's wavefront with ``power_d`` of refraction added; wearer's frame."""
+    shift = refraction.quadratic_wavefront_um(power_d * np.eye(2))
+    return polynomial.add(relaxed_wavefront_um(eye), shift)
+
+
+def colour_wavefronts_um(
+    eye: Eye, added_d: float, wavelengths_nm: tuple[float, float, float]
+) -> tuple[Float, ...]:
+    """The wavefront of an eye that accommodates by ``added_d``, for each colour.
+
+    Without chromatic aberration the three are one and the same object.
+    """
+    if not eye.chromatic:
+        return (accommodated_wavefront_um(eye, -added_d),) * len(wavelengths_nm)
+    shifts_d = [chromatic_difference_d(nm) for nm in wavelengths_nm]
+    return tuple(accommodated_wavefront_um(eye, shift_d - added_d) for shift_d in shifts_d)
+
+
 def refraction_matrix_d(eye: Eye) -> Float:
     """Refractive error of an unaccommodated eye at its pupil, in the wearer's frame.
 
@@ -221,29 +240,24 @@ def eye_optics(rig: Rig, side: Side) -> EyeOptics:
     """The optics of the eye on ``side`` ("left" or "right") of a rig."""
     eye = viewer(rig, side)
     added_d = accommodation_d(eye, bench_of(rig))
-    relaxed = relaxed_wavefront_um(eye)
-    identity = np.eye(2)
+    right, up = (np.array([[p * SLOPE_PER_PRISM_DIOPTRE]]) for p in eye.prism_pd)
 
-    def aberration(shift_d: float) -> tuple[Float, Float]:
-        shift = refraction.quadratic_wavefront_um((shift_d - added_d) * identity)
-        tx, ty = refraction.transverse_aberration(polynomial.add(relaxed, shift))
-        right, up = (p * SLOPE_PER_PRISM_DIOPTRE for p in eye.prism_pd)
-        return (
-            polynomial.add(tx, np.array([[right]])),
-            polynomial.add(ty, np.array([[up]])),
-        )
+    def aberration(wavefront_um: Float) -> tuple[Float, Float]:
+        tx, ty = refraction.transverse_aberration(wavefront_um)
+        return polynomial.add(tx, right), polynomial.add(ty, up)
 
+    wavefronts = colour_wavefronts_um(eye, added_d, rig.panel.wavelengths_nm)
     if eye.chromatic:
-        colours = tuple(aberration(chromatic_difference_d(nm)) for nm in rig.panel.wavelengths_nm)
+        colours = tuple(aberration(wavefront) for wavefront in wavefronts)
     else:
-        colours = (aberration(0.0),) * 3
+        colours = (aberration(wavefronts[0]),) * len(wavefronts)
     return EyeOptics(
         pupil_mm=eye.pupil_mm,
         pupil_offset_mm=eye.pupil_offset_mm,
         accommodation_d=added_d,
-        matrix_d=refraction_matrix_d(eye) - added_d * identity,
+        matrix_d=refraction_matrix_d(eye) - added_d * np.eye(2),
         aberration=colours,
-        paraxial_matrix_d=paraxial_matrix_d(eye) - added_d * identity,
+        paraxial_matrix_d=paraxial_matrix_d(eye) - added_d * np.eye(2),
         stiles_crawford_per_mm2=eye.stiles_crawford_per_mm2,
     )
 

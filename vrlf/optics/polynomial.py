@@ -45,6 +45,13 @@ def evaluate(c: Float, x: Float, y: Float) -> Float:
     return np.asarray(np.polynomial.polynomial.polyval2d(x, y, c))
 
 
+def on_grid(c: Float, x: Float, y: Float) -> Float:
+    """Value at every x with every y: (n,) and (m,) in, (m, n) out, a row for each y."""
+    powers_x = np.polynomial.polynomial.polyvander(x, c.shape[0] - 1)
+    powers_y = np.polynomial.polynomial.polyvander(y, c.shape[1] - 1)
+    return np.asarray(powers_y @ c.T @ powers_x.T)
+
+
 def scale(c: Float, factor: float) -> Float:
     """The polynomial in ``factor * (x, y)``: what was c(x, y) becomes c(factor x, factor y)."""
     powers = np.add.outer(np.arange(c.shape[0]), np.arange(c.shape[1]))

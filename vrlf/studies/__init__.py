@@ -6,6 +6,8 @@ file       holds
 bench      how long each pass takes at several panel sizes, against its float64 twin
 change     what a change of prescription does to the frames that run on
 endurance  whether anything grows over ten thousand frames
+eyes       what an eye makes of a point and of a letter
+eyeplot    the picture of it
 frames     how good each frame of a moving picture is, solved from the last or cold
 limits     how fast the device copies and fetches, measured
 plots      pictures of what speed and quality have found

@@ -9,8 +9,8 @@ from vrlf.content.charts.letters import LETTER_SIDE, paint_letter
 from vrlf.content.charts.model import BLACK, WHITE, Chart, LetterLine, Viewport
 from vrlf.content.charts.raster import blank
 from vrlf.errors import InputError
+from vrlf.units import ARCMIN_PER_DEGREE
 
-ARCMIN_PER_DEGREE: Final = 60.0
 # logMAR 0 has strokes of one minute of arc, and a letter is five strokes high.
 LETTER_ARCMIN_AT_ZERO: Final = 5.0
 # A stroke is a fifth of the letter and takes at least one pixel.
