@@ -7,6 +7,8 @@ computed elsewhere. No numpy, no GPU.
 file           holds
 ============== ==================================================================
 fields         configuration and field types that all tables share
+toml_file      TOML files read with one line for what is wrong
+layouts        sub-pixel layouts, files of ``assets/layouts``
 eye            ``Eye`` and its ``Zernike`` wavefront
 hardware       ``Panel``, ``Headset``, ``Array`` and the headset lens's power
 rig            ``Prefilter`` and the whole ``Rig``; checks between its tables
@@ -22,7 +24,8 @@ reading        rig files, ``extends``, command line changes -> ``Rig``
 from __future__ import annotations
 
 from vrlf.model.eye import Eye, Zernike
-from vrlf.model.hardware import SUBPIXEL_LAYOUTS, Array, Headset, Panel, lens_power_d
+from vrlf.model.hardware import Array, Headset, Panel, lens_power_d
+from vrlf.model.layouts import SubpixelLayout, layout_names, subpixel_layout
 from vrlf.model.prescription import parse_prescription
 from vrlf.model.reading import load_rig, rig_from_tables
 from vrlf.model.rig import Prefilter, Rig, rig_json_schema
@@ -30,14 +33,15 @@ from vrlf.model.shelf import DEFAULT_RIG, rig_names, rig_summary
 
 __all__ = [
     "DEFAULT_RIG",
-    "SUBPIXEL_LAYOUTS",
     "Array",
     "Eye",
     "Headset",
     "Panel",
     "Prefilter",
     "Rig",
+    "SubpixelLayout",
     "Zernike",
+    "layout_names",
     "lens_power_d",
     "load_rig",
     "parse_prescription",
@@ -45,4 +49,5 @@ __all__ = [
     "rig_json_schema",
     "rig_names",
     "rig_summary",
+    "subpixel_layout",
 ]

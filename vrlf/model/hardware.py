@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final, Literal, get_args
+from typing import Annotated, Any, Final, Literal
 
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BaseModel, Field, ValidationInfo, field_validator
 
 from vrlf.model.fields import GIVEN, FromList, between, refusal
+from vrlf.model.layouts import layout_names, names_wanted
 from vrlf.units import MM_PER_M
-
-SubpixelLayout = Literal["full", "rgb-stripe", "bgr-stripe"]
-SUBPIXEL_LAYOUTS: Final[tuple[str, ...]] = get_args(SubpixelLayout)
 
 ArrayKind = Literal["microlens", "pinhole", "none"]
 
@@ -28,6 +26,16 @@ _Distortion = Annotated[float, between(-100.0, 100.0)]
 _Offset = Annotated[float, between(-1_000_000.0, 1_000_000.0)]
 
 
+def _known_layout(name: str) -> str:
+    if name not in layout_names():
+        raise refusal(names_wanted())
+    return name
+
+
+def _named_layouts(schema: dict[str, Any]) -> None:
+    schema["enum"] = list(layout_names())
+
+
 class Panel(BaseModel):
     """The display: ``width_px`` by ``height_px`` pixels of ``pixel_pitch_um``.
 
@@ -40,7 +48,9 @@ class Panel(BaseModel):
     width_px: Annotated[int, between(2, 32_768)]
     height_px: Annotated[int, between(2, 32_768)]
     pixel_pitch_um: Annotated[float, between(0.5, 10_000.0)]
-    subpixels: SubpixelLayout = "rgb-stripe"
+    subpixels: Annotated[
+        str, AfterValidator(_known_layout), Field(json_schema_extra=_named_layouts)
+    ] = "rgb-stripe"
     wavelengths_nm: Annotated[tuple[_Wavelength, _Wavelength, _Wavelength], FromList] = (
         610.0,
         545.0,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -17,9 +16,9 @@ from vrlf.model.overrides import merged, parse_override
 from vrlf.model.prescription import parse_prescription
 from vrlf.model.rig import Rig
 from vrlf.model.shelf import is_shipped, shipped_rig
+from vrlf.model.toml_file import parse_tables, read_tables
 from vrlf.model.wording import quoted, shown
 
-_LARGEST_FILE_BYTES: Final = 2**20
 _LONGEST_CHAIN: Final = 8
 
 
@@ -139,41 +138,10 @@ def _extends_error(path: Path, base: Any, wanted: str) -> RigError:
 
 
 def _tables(path: Path, text: str | None = None) -> dict[str, Any]:
-    """The tables of one TOML file, or of the text that stands for it."""
+    """The tables of one rig file, or of the text that stands for it."""
     if text is None:
-        text = _text(path)
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        reason = str(error)
-    except RecursionError:
-        reason = "brackets nested too deep"
-    except ValueError:
-        # Python refuses to convert integers of more than 4300 digits.
-        reason = "a number too long to read"
-    raise RigError(_label(path), [f"found a syntax error, {reason}, wanted TOML"]) from None
-
-
-def _text(path: Path) -> str:
-    """The text of a file that is not absurdly large."""
-    try:
-        with path.open("rb") as file:
-            raw = file.read(_LARGEST_FILE_BYTES + 1)
-    except IsADirectoryError:
-        raise RigError(_label(path), ["found a folder, wanted a rig file"]) from None
-    except FileNotFoundError:
-        raise RigError(_label(path), ["found no such file, wanted a rig file"]) from None
-    except OSError as error:
-        raise RigError(_label(path), [f"found {error.strerror}, wanted a readable file"]) from None
-    if len(raw) > _LARGEST_FILE_BYTES:
-        raise RigError(_label(path), ["found more than 1 MiB, wanted a rig file"])
-    try:
-        # Windows editors put a byte order mark first, which TOML does not allow.
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = raw[: error.start].count(b"\n") + 1
-        problem = f"found bytes that are not UTF-8 in line {line}, wanted UTF-8 text"
-        raise RigError(_label(path), [problem]) from None
+        return read_tables(path, _label(path), "rig file")
+    return parse_tables(text, _label(path))
 
 
 def _changes(
