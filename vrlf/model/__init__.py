@@ -10,6 +10,7 @@ fields         configuration and field types that all tables share
 toml_file      TOML files read with one line for what is wrong
 layouts        sub-pixel layouts, files of ``assets/layouts``
 eye            ``Eye`` and its ``Zernike`` wavefront
+panels         panels of real phones and headsets, files of ``assets/panels``
 hardware       ``Panel``, ``Headset``, ``Array`` and the headset lens's power
 rig            ``Prefilter`` and the whole ``Rig``; checks between its tables
 wording        how messages quote a value
@@ -24,7 +25,7 @@ reading        rig files, ``extends``, command line changes -> ``Rig``
 from __future__ import annotations
 
 from vrlf.model.eye import Eye, Zernike
-from vrlf.model.hardware import Array, Headset, Panel, lens_power_d
+from vrlf.model.hardware import Array, Headset, Panel, Primaries, lens_power_d
 from vrlf.model.layouts import SubpixelLayout, layout_names, subpixel_layout
 from vrlf.model.prescription import parse_prescription
 from vrlf.model.reading import load_rig, rig_from_tables
@@ -38,6 +39,7 @@ __all__ = [
     "Headset",
     "Panel",
     "Prefilter",
+    "Primaries",
     "Rig",
     "SubpixelLayout",
     "Zernike",

@@ -22,6 +22,8 @@ _NEEDED: Final[dict[str, tuple[tuple[ArrayKind, ...], float, float]]] = {
 }
 
 _Wavelength = Annotated[float, between(380.0, 780.0)]
+_Unit = Annotated[float, between(0.0, 1.0)]
+_Chromaticity = Annotated[tuple[_Unit, _Unit], FromList]
 _Distortion = Annotated[float, between(-100.0, 100.0)]
 _Offset = Annotated[float, between(-1_000_000.0, 1_000_000.0)]
 
@@ -36,11 +38,34 @@ def _named_layouts(schema: dict[str, Any]) -> None:
     schema["enum"] = list(layout_names())
 
 
+class Primaries(BaseModel):
+    """Where a panel's red, green, blue and white lie in the CIE 1931 diagram, (x, y)."""
+
+    model_config = GIVEN
+
+    red: _Chromaticity
+    green: _Chromaticity
+    blue: _Chromaticity
+    white: _Chromaticity
+
+
 class Panel(BaseModel):
     """The display: ``width_px`` by ``height_px`` pixels of ``pixel_pitch_um``.
 
-    ``subpixels`` names the layout of the emitting areas, ``wavelengths_nm``
-    what red, green and blue emit.
+    Attributes
+    ----------
+    width_px, height_px : int
+    pixel_pitch_um : float
+    subpixels : str
+        Names the layout of the emitting areas.
+    wavelengths_nm : (float, float, float)
+        What red, green and blue emit.
+    peak_nit : float
+        Luminance of full drive, cd/m^2.
+    bits : int
+        Of each colour: a panel image is written in as many steps.
+    primaries : Primaries or None
+        For information: light is the panel's own red, green and blue throughout.
     """
 
     model_config = GIVEN
@@ -56,6 +81,9 @@ class Panel(BaseModel):
         545.0,
         465.0,
     )
+    peak_nit: Annotated[float, between(1.0, 100_000.0)] = 500.0  # the iPhone 6's, by Apple
+    bits: Literal[8, 10] = 8
+    primaries: Primaries | None = None
 
 
 class Headset(BaseModel):

@@ -12,7 +12,8 @@ from pydantic import ValidationError
 
 from vrlf.errors import InputError, RigError
 from vrlf.model.complaints import wrong_keys
-from vrlf.model.overrides import merged, parse_override
+from vrlf.model.overrides import parse_override
+from vrlf.model.panels import laid_over
 from vrlf.model.prescription import parse_prescription
 from vrlf.model.rig import Rig
 from vrlf.model.shelf import is_shipped, shipped_rig
@@ -37,7 +38,7 @@ def load_rig(
     source : str or Path
         A path (it has a separator or ends in ``.toml``) or a shipped rig's name.
     overrides : sequence of str
-        ``table.key=value``; a later one wins.
+        ``table.key=value``; a later one wins. ``panel.extends=NAME`` takes a shipped panel.
     left, right, both : str, optional
         Prescriptions as written on paper. They set sphere, cylinder and axis;
         ``left`` and ``right`` win over ``both``, overrides over all three.
@@ -56,11 +57,11 @@ def load_rig(
     """
     chain = _chain(_located(source, Path()))
     tables: dict[str, Any] = {}
-    for _, layer in reversed(chain):
-        tables = merged(tables, layer)
+    for path, layer in reversed(chain):
+        tables = laid_over(tables, layer, source=_label(path))
     name = " extends ".join(_label(path) for path, _ in chain)
     for change in _changes(name, overrides, left=left, right=right, both=both):
-        tables = merged(tables, change)
+        tables = laid_over(tables, change, source=name)
     return rig_from_tables(tables, source=name)
 
 
@@ -74,8 +75,8 @@ def load_rig_text(text: str, path: Path) -> Rig:
     """
     chain = [*_chain(path, text.removeprefix("\ufeff"))]
     tables: dict[str, Any] = {}
-    for _, layer in reversed(chain):
-        tables = merged(tables, layer)
+    for each, layer in reversed(chain):
+        tables = laid_over(tables, layer, source=_label(each))
     return rig_from_tables(tables, source=" extends ".join(_label(each) for each, _ in chain))
 
 
@@ -87,8 +88,9 @@ def rig_from_tables(tables: Mapping[str, Any], *, source: str = "rig") -> Rig:
     RigError
         Naming ``source`` and every wrong key.
     """
+    tables = laid_over({}, tables, source=source)
     try:
-        return Rig.model_validate(dict(tables))
+        return Rig.model_validate(tables)
     except ValidationError:
         raise RigError(source, wrong_keys(tables)) from None
 
