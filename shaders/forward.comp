@@ -8,7 +8,7 @@
 //
 // Defines: DEGREE of the displacement polynomials; RAY_SETS 1 where all colours share their
 //          samples (full sub-pixels, one wavelength), else 3; GRID, the samples along a side;
-//          WALLS 1 with barriers that absorb; LISTED.
+//          WALLS 1 with barriers that absorb; PERIOD_X, PERIOD_Y (include/period.glsl); LISTED.
 // A layer of groups is an eye.
 
 #include "block/Forward"
@@ -54,7 +54,7 @@ float light_of(Read read, int colour) {
 
 // Sums over the samples of a sub-pixel: light in all but the last, those that met the pupil there.
 void add_shared(inout vec4 sum, Pixel from, vec2 column_row) {
-    Ray ray = ray_at(from, sample_place(0, column_row), ray_set(from.eye, 0));
+    Ray ray = ray_at(from, sample_place(from, 0, column_row), ray_set(from.eye, 0));
     Read read = read_at(from, ray.landing);
     vec3 light = vec3(light_of(read, 0), light_of(read, 1), light_of(read, 2));
     sum.rgb += reads(from, ray) ? light : vec3(0.0);
@@ -62,7 +62,7 @@ void add_shared(inout vec4 sum, Pixel from, vec2 column_row) {
 }
 
 void add(inout vec2 sum, Pixel from, int colour, vec2 column_row) {
-    Ray ray = ray_at(from, sample_place(colour, column_row), ray_set(from.eye, colour));
+    Ray ray = ray_at(from, sample_place(from, colour, column_row), ray_set(from.eye, colour));
     float light = light_of(read_at(from, ray.landing), colour);
     sum.x += reads(from, ray) ? light : 0.0;
     sum.y += float(ray.met);
@@ -96,13 +96,15 @@ void main() {
     if (index >= listed[eye]) return;
     uint place = listed[2u + (eye == 0 ? 0u : listed[0]) + index];
     ivec2 at = ivec2(place & 0xffffu, place >> 16);
-    imageStore(shown, at, vec4(light_at(pixel_at(at, eye)), 1.0));
+    Pixel from = pixel_at(at, eye);
+    imageStore(shown, at, vec4(where_emitting(from, light_at(from)), 1.0));
 }
 #else
 void main() {
     int eye = int(gl_WorkGroupID.z);
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(first_column(eye), 0);
-    vec3 light = light_at(pixel_at(at, eye));
+    Pixel from = pixel_at(at, eye);
+    vec3 light = where_emitting(from, light_at(from));
     if (eye_of(at.x) != eye) light = vec3(0.0);
     if (is_written_by(at, eye)) imageStore(shown, at, vec4(light, 1.0));
 }

@@ -34,10 +34,10 @@ bool follows(Pixel from, Ray middle, vec2 place, int set) {
 
 bool is_cut(Pixel from, int colour) {
     int set = ray_set(from.eye, colour);
-    Ray middle = ray_at(from, sample_place(colour, vec2(0.5 * float(GRID - 1))), set);
+    Ray middle = ray_at(from, sample_place(from, colour, vec2(0.5 * float(GRID - 1))), set);
     bool all_follow = true;
 #define TEST(column, row) \
-    all_follow = all_follow && follows(from, middle, sample_place(colour, vec2(column, row)), set);
+    all_follow = all_follow && follows(from, middle, sample_place(from, colour, vec2(column, row)), set);
     EACH_SAMPLE(TEST)
 #undef TEST
     return !all_follow;

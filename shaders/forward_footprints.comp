@@ -7,7 +7,7 @@
 //         cell, of the pupil or of the viewport, get nonsense: forward.comp does them again.
 // Twin:   vrlf/reference/forward.py. Derivation: vrlf/optics/footprint.py.
 //
-// Defines: RAY_SETS, GRID and WALLS as in forward.comp; DEGREE is 1; WINDOW_X and WINDOW_Y, the
+// Defines: RAY_SETS, GRID, WALLS and PERIOD_X, PERIOD_Y as in forward.comp; DEGREE is 1; WINDOW_X and WINDOW_Y, the
 //          texels that hold every footprint, even numbers; ALIGNED 1 where sample rows and
 //          columns stay such in the target.
 // A layer of groups is an eye.
@@ -59,8 +59,9 @@ void add_sample(inout Footprint to, vec2 at) {
 
 Footprint footprint_of(Pixel from, int colour) {
     int set = ray_set(from.eye, colour);
-    vec4 steps = target_steps[set];  // in the target, along a row (xy) and down a column (zw)
-    Ray middle = ray_at(from, sample_place(colour, vec2(MIDDLE)), set);
+    // In the target, along a row (xy) and down a column (zw).
+    vec4 steps = target_steps[place_of(from.at) * 2 * RAY_SETS + set];
+    Ray middle = ray_at(from, sample_place(from, colour, vec2(MIDDLE)), set);
     vec2 low = floor(middle.landing - MIDDLE * (abs(steps.xy) + abs(steps.zw)));
     // At a border the window moves in: what it loses weighs nothing, and the other eye's texels
     // don't even count as nothing.
@@ -113,7 +114,8 @@ vec3 light_at(Pixel from) {
 void main() {
     int eye = int(gl_WorkGroupID.z);
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(first_column(eye), 0);
-    vec3 light = light_at(pixel_at(at, eye));
+    Pixel from = pixel_at(at, eye);
+    vec3 light = where_emitting(from, light_at(from));
     if (eye_of(at.x) != eye) light = vec3(0.0);
     if (is_written_by(at, eye)) imageStore(shown, at, vec4(light, 1.0));
 }

@@ -5,7 +5,8 @@
 // Twin:   vrlf/reference/forward.py. Derivation: vrlf/optics/inverse.py.
 //
 // Defines: DEGREE of the displacement polynomials; RAY_SETS 1 where all colours share their
-//          samples (full sub-pixels, one wavelength), else 3.
+//          samples (full sub-pixels, one wavelength), else 3; PERIOD_X, PERIOD_Y as in
+//          include/period.glsl.
 
 #include "block/ForwardPlain"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
@@ -18,6 +19,7 @@ layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
 layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
 
 #include "include/viewport.glsl"
+#include "include/period.glsl"
 #include "include/lattice.glsl"
 
 struct Pixel {
@@ -86,7 +88,8 @@ vec3 mean_of(Pixel from, vec4 box, int set) {
             sum += sample_at(from, mix(box.xy, box.zw, part) - 0.5, set);
         }
     }
-    return sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0);
+    // What a pixel lacks stays dark.
+    return sum.a > 0.0 && box.z > box.x ? sum.rgb / sum.a : vec3(0.0);
 }
 
 void main() {
@@ -98,9 +101,10 @@ void main() {
         Pixel from = Pixel(pixel, eye, crossings[pixel.x] + crossings[panel_px.x + pixel.y], vec4(0.0));
         if (barriers != 0) from.owner = owners[pixel.x] + owners[panel_px.x + pixel.y];
 #if RAY_SETS == 1
-        light = mean_of(from, emitting[0], eye);
+        light = mean_of(from, emitting[first_box(pixel)], eye);
 #else
-        for (int c = 0; c < 3; c++) light[c] = mean_of(from, emitting[c], eye * 3 + c)[c];
+        int first = first_box(pixel);
+        for (int c = 0; c < 3; c++) light[c] = mean_of(from, emitting[first + c], eye * 3 + c)[c];
 #endif
     }
     imageStore(shown, pixel, vec4(light, 1.0));

@@ -1,7 +1,8 @@
 // The perception operator, tabulated: which panel pixels a retinal pixel sees, and how much.
 //
-// That depends on nothing but where in its cell the pixel's chief ray crosses the array. One
-// invocation takes one such place (a phase), or one pixel, and deposits its rays' weights in
+// That depends on nothing but where in its cell the pixel's chief ray crosses the array, and on
+// its place in the layout's period. One invocation takes one such place in a cell (a phase), or
+// one pixel, and deposits its rays' weights in
 // a window of panel offsets, which is its own: no atomics.
 //
 // Reads:  the ray tables. Writes: windows[row][line][column][colour], added to.
@@ -44,15 +45,22 @@ layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
 
 Retina of_pixel(int row) {
     ivec2 pixel = ivec2(first_column(eye) + row % view_px.x, row / view_px.x);
-    return Retina(ivec2(0), eye, crossings[pixel.x] + crossings[panel_px.x + pixel.y],
+    return Retina(pixel, eye, crossings[pixel.x] + crossings[panel_px.x + pixel.y],
                   owners[pixel.x] + owners[panel_px.x + pixel.y]);
 }
 
 // The barriers of a phase are those of a cell: converging walls divide the panel as the
 // chief rays do.
-Retina of_phase(int phase) {
+Retina of_phase(int row) {
+    int phase = row;
+    ivec2 pixel = ivec2(0);
+#if PERIOD_X * PERIOD_Y > 1
+    int of_place = phases_a_side * phases_a_side;
+    phase = row % of_place;
+    pixel = ivec2(row / of_place % PERIOD_X, row / of_place / PERIOD_X);
+#endif
     vec2 place = vec2(phase % phases_a_side, phase / phases_a_side) / float(phases_a_side) - 0.5;
-    return Retina(ivec2(0), eye, vec4(place, 0.0, 0.0), vec4(place, 0.0, 0.0));
+    return Retina(pixel, eye, vec4(place, 0.0, 0.0), vec4(place, 0.0, 0.0));
 }
 
 void main() {

@@ -5,7 +5,7 @@
 // Twins:  vrlf/reference/perceive.py, vrlf/reference/quadrature.py (see include/rays.glsl).
 //
 // Defines: ARRAY 0 none, 1 lenslets, 2 holes; COLOURS 1 (all colours share their rays) or 3;
-//          BY_HOLE 1 where holes have their own points;
+//          BY_HOLE 1 where holes have their own points; PERIOD_X, PERIOD_Y (include/period.glsl);
 //          TRACE 1 writes where the first ray of the batch lands instead (for the tests).
 
 #include "block/Perceive"

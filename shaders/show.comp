@@ -7,7 +7,8 @@
 // Defines: BACKGROUND, LINE, GREY: sRGB codes of what is no picture;
 //          PICTURES 1 one, 2 two beside a divider, 3 the difference of two;
 //          TAPS pixels a side that a window pixel may cover, 1 where none is shrunk;
-//          GRIDS 1 where not every pixel is there yet; SUBPIXELS 1 shows where colours are emitted.
+//          GRIDS 1 where not every pixel is there yet; SUBPIXELS 1 shows where colours are emitted;
+//          PERIOD_X, PERIOD_Y as in include/period.glsl.
 
 #include "block/Show"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
@@ -18,6 +19,7 @@ layout(binding = 0, rgba8) writeonly uniform image2D canvas;
 
 #include "include/srgb_codes.glsl"
 #include "include/viewport.glsl"
+#include "include/period.glsl"
 
 // The nearest pixel of the grid that is there; no pixel takes one of the other eye's.
 ivec2 on_grid(ivec2 pixel, int stride) {
@@ -86,9 +88,10 @@ vec3 mean_over(vec2 from, bool is_second) {
 }
 
 // Each colour where the panel emits it, as bright as the pixel's own value.
-vec3 where_emitted(vec3 light, vec2 within) {
+vec3 where_emitted(vec3 light, ivec2 pixel, vec2 within) {
+    int first = first_box(pixel);
     for (int c = 0; c < 3; c++) {
-        vec4 box = emitting[c];
+        vec4 box = emitting[first + c];
         bool lit = all(greaterThanEqual(within, box.xy)) && all(lessThan(within, box.zw));
         if (!lit) light[c] = 0.0;
     }
@@ -109,7 +112,7 @@ vec3 codes_at(ivec2 in_tile) {
     vec3 light = light_at(pixel, is_second);
 #endif
 #if SUBPIXELS
-    light = where_emitted(light, middle - vec2(pixel));
+    light = where_emitted(light, pixel, middle - vec2(pixel));
 #endif
     return vec3(quantised(light.r), quantised(light.g), quantised(light.b));
 }

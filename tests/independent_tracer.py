@@ -181,6 +181,28 @@ def trace(setup: Setup, colour: int, X: Points, u: Points) -> tuple[Points, Any]
     return x, (wide <= array.aperture_um / 2) & passes_walls(setup, cell, x)
 
 
+def emitter(name: str, colour: int, i: Any, j: Any) -> tuple[Any, Any, Any, Any, float]:
+    """Left, top, right, bottom in pixel (i, j) and radiance; right is left where there is none."""
+    if name == "full":
+        return 0.0, 0.0, 1.0, 1.0, 1.0
+    if name in ("rgb-stripe", "bgr-stripe"):
+        place = colour if name == "rgb-stripe" else 2 - colour
+        return place / 3, 0.0, (place + 1) / 3, 1.0, 3.0
+    low, high = {
+        "pentile-rgbg": (((0.06, 0.06), (0.66, 0.06)), ((0.54, 0.94), (0.94, 0.94))),
+        "pentile-diamond": (((0.07, 0.07), (0.62, 0.62)), ((0.53, 0.53), (0.98, 0.98))),
+    }[name]
+    if colour == 1:
+        (left, top), (right, bottom) = low[1], high[1]
+        return left, top, right, bottom, 1 / ((right - left) * (bottom - top))
+    (left, top), (right, bottom) = low[0], high[0]
+    if colour == 2 and name == "pentile-diamond":
+        left, top, right, bottom = 0.02, 0.02, 0.58, 0.58
+    # Red stands on the dark squares of a chess board, blue on the others.
+    has = (i + j) % 2 == colour // 2
+    return left, top, np.where(has, right, left), bottom, 2 / ((right - left) * (bottom - top))
+
+
 def emitted(setup: Setup, panel: Points, colour: int, x: Points) -> Points:
     """Light that the panel sends out at the points, of its own half only."""
     given = setup.rig.panel
@@ -190,10 +212,9 @@ def emitted(setup: Setup, panel: Points, colour: int, x: Points) -> Points:
     i, j = np.floor(across).astype(int), np.floor(down).astype(int)
     seen = (i >= setup.columns.start) & (i < setup.columns.stop) & (j >= 0) & (j < given.height_px)
     light = np.where(seen, panel[j * seen, i * seen, colour], 0.0)
-    if given.subpixels == "full":
-        return light
-    place = colour if given.subpixels == "rgb-stripe" else 2 - colour
-    return np.where(np.floor(3 * (across - i)) == place, 3 * light, 0.0)
+    left, top, right, bottom, gain = emitter(given.subpixels, colour, i, j)
+    within = (across - i >= left) & (across - i < right) & (down - j >= top) & (down - j < bottom)
+    return np.where(within, gain * light, 0.0)
 
 
 def _halton(count: int, base: int) -> Points:
@@ -269,12 +290,13 @@ def forward(target: Points, rig: Rig) -> Points:
     for setup in setups(rig):
         o = np.array(setup.eye.pupil_offset_mm)
         for colour in range(3):
-            centre, wide = 0.0, 1.0
-            if rig.panel.subpixels != "full":
-                side = -1 if rig.panel.subpixels == "rgb-stripe" else 1
-                centre, wide = side * (1 - colour) / 3, 1 / 3
-            across, up = np.meshgrid(centre + wide * places, places)
-            x = pixel_centres(setup)[:, :, None] + pitch * np.stack([across, up], -1).reshape(-1, 2)
+            j, i = np.mgrid[: rig.panel.height_px, setup.columns.start : setup.columns.stop, :1][:2]
+            left, top, right, bottom, _ = emitter(rig.panel.subpixels, colour, i, j)
+            across, up = (each.ravel() for each in np.meshgrid(places, places))
+            across = (left + right - 1) / 2 + (right - left) * across
+            up = (1 - top - bottom) / 2 + (bottom - top) * up
+            place = np.stack(np.broadcast_arrays(across, up), -1)
+            x = pixel_centres(setup)[:, :, None] + pitch * place
             y = (x * setup.reach + setup.gap * o) / setup.m
             cell = np.rint(to_lattice(setup, y))
             c = from_lattice(setup, cell)
@@ -287,6 +309,7 @@ def forward(target: Points, rig: Rig) -> Points:
             # The chief ray that chose the lenslet runs along its converging walls.
             if rig.array.barriers == "perpendicular":
                 met &= passes_walls(setup, cell, x)
+            met = met & (right > left)
             light = (_bilinear(setup, target, colour, X) * met).sum(-1)
             out[:, setup.columns, colour] = light / np.maximum(met.sum(-1), 1)
     return out

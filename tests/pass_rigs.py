@@ -120,6 +120,36 @@ SMALL: dict[str, Rig] = {
         array=HOLES | {"rotation_deg": 14.0, "barriers": "converging"},
         right={"zernike": _COMA},
     ),
+    # The right eye's columns begin at an odd one: a pixel's place on the whole panel counts.
+    "diamonds-lenslets": rig(
+        45,
+        31,
+        panel={"subpixels": "pentile-diamond"},
+        array=LENSLETS | {"rotation_deg": 8.0, "offset_um": [23.0, -61.0]},
+        left={"cylinder_d": -1.0, "axis_deg": 40.0},
+        right={"pupil_offset_mm": [0.4, -0.5]},
+    ),
+    "rgbg-walls": rig(
+        46,
+        29,
+        panel={"subpixels": "pentile-rgbg"},
+        array=LENSLETS | {"barriers": "perpendicular", "offset_um": [35.0, 90.0]},
+        right={"chromatic": True},
+    ),
+    "diamonds-holes": rig(
+        47,
+        30,
+        panel={"subpixels": "pentile-diamond"},
+        array=HOLES | {"rotation_deg": 4.0},
+        left={"zernike": _COMA},
+    ),
+    "rgbg-bare": rig(
+        45,
+        31,
+        panel={"subpixels": "pentile-rgbg"},
+        headset={"eye_relief_mm": 7.0},
+        right={"prism_pd": [0.8, 0.3]},
+    ),
     "own-lens-bare": rig(
         45,
         31,
@@ -142,6 +172,21 @@ APART: dict[str, Rig] = {
         array=LENSLETS | {"barriers": "perpendicular", "rotation_deg": 9.0},
         left={"pupil_offset_mm": [0.4, -0.6]},
         right={"prism_pd": [0.8, 0.5], "vertex_mm": 13.0},
+    ),
+    "diamonds-walls-relief": rig(
+        25,
+        18,
+        panel={"subpixels": "pentile-diamond"},
+        headset={"lens_height_mm": -0.17, "eye_relief_mm": 5.0},
+        array=LENSLETS | {"barriers": "converging", "rotation_deg": -12.0},
+        left={"cylinder_d": -1.5, "axis_deg": 70.0},
+    ),
+    "rgbg-holes": rig(
+        27,
+        17,
+        panel={"subpixels": "pentile-rgbg"},
+        array=HOLES | {"offset_um": [40.0, 25.0]},
+        left={"pupil_offset_mm": [-0.4, 0.3]},
     ),
     "round-holes-chromatic": rig(
         25,

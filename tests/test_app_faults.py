@@ -406,6 +406,12 @@ def test_two_results_in_one_file_are_refused(tmp_path: Path, panel: Path) -> Non
     assert left_in(tmp_path) == ["link.png"]
 
 
+def test_a_ten_bit_panel_needs_an_ending_for_it(tmp_path: Path, panel: Path) -> None:
+    deep = (*LENSLETS, "--set", "panel.bits=10")
+    outcome = call("prefilter", panel, *deep, "-o", tmp_path / "out.bmp")
+    require_one_line(outcome, 2, "panel.bits", "10", ".bmp", "--bits 8", ".png")
+
+
 @pytest.mark.parametrize("ending", ["jpg", "webp", "bmp"])
 def test_sixteen_bits_where_there_are_none(tmp_path: Path, panel: Path, ending: str) -> None:
     for command in ("prefilter", "perceive"):

@@ -20,7 +20,7 @@ from files_by_hand import asymmetric
 from numpy.typing import NDArray
 from pass_rigs import KNOWN, known_results
 
-from vrlf.images import read_picture, srgb_decode, srgb_encode
+from vrlf.images import read_codes, read_picture, srgb_decode, srgb_encode
 
 Image = NDArray[np.float32]
 # Keeps the target as it is, so that what happened to SOURCE shows in the output.
@@ -136,6 +136,21 @@ def test_sixteen_bits_are_sixteen(tmp_path: Path, ending: str) -> None:
     codes = srgb_encode(read_picture(file).astype(np.float64)) * 65535.0
     assert np.abs(codes - srgb_encode(exact.astype(np.float64)) * 65535.0).max() < 0.51
     assert len(np.unique(np.round(codes))) > 256
+
+
+def test_a_ten_bit_panel_is_written_in_1023_steps(tmp_path: Path) -> None:
+    panel = exr_file(tmp_path / "panel.exr", light())
+    exact = prefiltered(tmp_path, panel, *LENSLETS)
+    deep = (*LENSLETS, "--set", "panel.bits=10")
+    file, target = tmp_path / "shown.png", tmp_path / "target.png"
+    require_done(call("prefilter", panel, *deep, "-o", file, "--target", target))
+    steps = srgb_encode(read_picture(file).astype(np.float64)) * 1023.0
+    assert np.abs(steps - np.round(steps)).max() < 0.01
+    assert np.abs(steps - srgb_encode(exact.astype(np.float64)) * 1023.0).max() < 0.51
+    # The target is no panel image, and one who asks for other bits gets those.
+    assert read_codes(target).dtype == np.uint8
+    require_done(call("prefilter", panel, *deep, "-o", file, "--bits", "8"))
+    assert read_codes(file).dtype == np.uint8
 
 
 def test_dither_is_the_same_noise_each_time(tmp_path: Path) -> None:

@@ -45,6 +45,19 @@ def test_every_integer_survives_float32_light(bits: int) -> None:
     assert np.array_equal(quantise_srgb(light, bits), codes)
 
 
+def test_ten_bits_are_1023_steps_within_sixteen() -> None:
+    light = srgb_decode(np.arange(1024) / 1023)
+    codes = quantise_srgb(light, 10)
+    assert codes.dtype == np.uint16
+    assert (codes[0], codes[-1]) == (0, 65535)
+    # Read back as 16 bits, each is nearest to its own step.
+    assert np.array_equal(np.round(codes / 65535 * 1023), np.arange(1024))
+    # What lies between is rounded to the nearest step, not cut.
+    assert quantise_srgb(srgb_decode([500.49 / 1023, 500.51 / 1023]), 10).tolist() == [
+        *codes[500:502]
+    ]
+
+
 def test_integers_are_clamped_and_rounded() -> None:
     half_a_step_up = srgb_decode(100.51 / 255)
     codes = quantise_srgb(np.array([-3.0, 0.0, half_a_step_up, 1.0, 7.0]))

@@ -14,16 +14,17 @@ from pydantic import ValidationError
 
 from vrlf.errors import RigError
 from vrlf.model import (
-    SUBPIXEL_LAYOUTS,
     Array,
     Eye,
     Headset,
     Rig,
     Zernike,
+    layout_names,
     lens_power_d,
     rig_from_tables,
     rig_json_schema,
 )
+from vrlf.model.layouts import names_wanted
 
 
 def tables(**changes: dict[str, Any] | None) -> dict[str, Any]:
@@ -123,7 +124,7 @@ def test_zernike_names_have_one_spelling(name: str) -> None:
         Zernike(diameter_mm=6.0, coefficients_um={name: 0.1})
 
 
-@pytest.mark.parametrize("layout", SUBPIXEL_LAYOUTS)
+@pytest.mark.parametrize("layout", layout_names())
 def test_layouts_are_accepted(layout: str) -> None:
     assert rig_from_tables(tables(panel={"subpixels": layout})).panel.subpixels == layout
 
@@ -138,7 +139,7 @@ NAN, INF = float("nan"), float("inf")
         ("panel", "width_px", 96.0, "a whole number from 2 to 32768"),
         ("panel", "height_px", 40_000, "a whole number from 2 to 32768"),
         ("panel", "pixel_pitch_um", -78.0, "a number from 0.5 to 10000"),
-        ("panel", "subpixels", "rgb", 'one of "full", "rgb-stripe", "bgr-stripe"'),
+        ("panel", "subpixels", "rgb", names_wanted()),
         ("panel", "wavelengths_nm", [610.0, 545.0], "a list of 3 numbers from 380 to 780"),
         ("panel", "wavelengths_nm", [610.0, 545.0, 300.0], "a list of 3 numbers from 380 to 780"),
         ("headset", "lens_to_panel_mm", "46", "a number from 1 to 10000"),

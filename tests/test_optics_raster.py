@@ -19,11 +19,9 @@ from optics_by_hand import (
     unhurried,
 )
 
-from vrlf.errors import InputError
-from vrlf.model import SUBPIXEL_LAYOUTS, Rig
+from vrlf.model import Rig
 from vrlf.optics.lattice import cell_coordinates, is_open, lattice_of, nearest_cell
 from vrlf.optics.raster import cell_raster, cells_per_pixel, pixels_per_cell
-from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import (
     SIDES,
     Side,
@@ -224,29 +222,3 @@ def test_steps_between_pixels_and_cells() -> None:
     assert step[:, 0] == pytest.approx([0.0, -0.2], abs=1e-12)
     assert step[:, 1] == pytest.approx([-0.2, 0.0], abs=1e-12)
     assert pixels_per_cell(turned, lattice) @ step == pytest.approx(np.eye(2), abs=1e-12)
-
-
-def test_sub_pixels() -> None:
-    """Red at the left of rgb, at the right of bgr; what a colour lacks in area it gains."""
-    third = 1.0 / 3.0
-    rgb, bgr = layout("rgb-stripe"), layout("bgr-stripe")
-    assert rgb.rectangles[0] == pytest.approx([0.0, 0.0, third, 1.0])
-    assert rgb.rectangles[2] == pytest.approx([2 * third, 0.0, 1.0, 1.0])
-    assert bgr.rectangles[0] == pytest.approx([2 * third, 0.0, 1.0, 1.0])
-    assert bgr.rectangles[1] == pytest.approx(rgb.rectangles[1])
-    assert rgb.gain == pytest.approx([3.0, 3.0, 3.0])
-    assert layout("full").gain.tolist() == [1.0, 1.0, 1.0]
-
-
-@pytest.mark.parametrize("name", SUBPIXEL_LAYOUTS)
-def test_every_named_layout_keeps_its_light(name: str) -> None:
-    emission = layout(name)
-    size = emission.rectangles[:, 2:] - emission.rectangles[:, :2]
-    assert size.prod(axis=1) * emission.gain == pytest.approx(np.ones(3))
-    assert emission.rectangles.min() >= 0.0
-    assert emission.rectangles.max() <= 1.0
-
-
-def test_unknown_layout_is_one_line() -> None:
-    with pytest.raises(InputError, match=r"panel\.subpixels: found 'delta', wanted one of full"):
-        layout("delta")

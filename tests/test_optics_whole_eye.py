@@ -335,8 +335,8 @@ def test_a_named_eye_takes_the_place_of_the_rigs_own_whole() -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ("left.extends=keratocone", 'left.extends: eye: found the unknown name "keratocone" (did'),
-        ("left.extends=3", "left.extends: found 3, wanted a name or a path in quotes"),
+        ("left.extends=keratocone", 'left.extends: found the unknown name "keratocone" (did'),
+        ("left.extends=3", "left.extends: found 3, wanted a path to a .toml file or one of after-"),
         ("left.extends=nowhere/eye.toml", "nowhere/eye.toml: found no such file"),
         ("left.age_years=400", "left.age_years: found 400, wanted a number from 0 to 120"),
     ],

@@ -1,13 +1,16 @@
 // The forward prefilter's samples: where a panel point's one lenslet shows it.
 //
 // Needs of the block: FORWARD of vrlf/passes/forward.py; of the shader: the buffers crossings and
-// owners, viewport.glsl, lattice.glsl, and the defines DEGREE, RAY_SETS and WALLS.
+// owners, viewport.glsl, lattice.glsl, and the defines DEGREE, RAY_SETS, WALLS, PERIOD_X and
+// PERIOD_Y (include/period.glsl).
 // Twin: vrlf/reference/forward.py. Derivation: vrlf/optics/inverse.py.
 //
 // Places are in pixels, right and down, from the centre of the panel's own pixel: small numbers,
 // of which 32-bit floats lose nothing. An eye is uniform for a group and the maps stand in the
 // block: software GL reads a uniform place of that once for all lanes, a storage buffer lane by
 // lane, once for each of 27 samples.
+
+#include "include/period.glsl"
 
 struct Pixel {
     ivec2 at;
@@ -57,8 +60,20 @@ vec2 displacement(vec2 t, int set) {
 }
 
 // The place of a sample in its sub-pixel's grid; the middle one is at (GRID - 1) / 2.
-vec2 sample_place(int colour, vec2 column_row) {
-    return samples[colour].xy + column_row * samples[colour].zw;
+vec2 sample_place(Pixel from, int colour, vec2 column_row) {
+    vec4 grid = samples[first_box(from.at) + colour];
+    return grid.xy + column_row * grid.zw;
+}
+
+// What a pixel lacks stays dark.
+vec3 where_emitting(Pixel from, vec3 light) {
+#if PERIOD_X * PERIOD_Y > 1
+    int first = first_box(from.at);
+    for (int c = 0; c < 3; c++) {
+        if (samples[first + c].z == 0.0) light[c] = 0.0;
+    }
+#endif
+    return light;
 }
 
 struct Ray {

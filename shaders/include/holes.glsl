@@ -7,7 +7,7 @@
 // One ray that lands at a place of the panel, in pixels from the retinal pixel's centre.
 vec3 at_landing(Retina at, vec2 place, float weight) {
     vec2 whole = floor(place + 0.5);
-    return shown(at, whole, weight * emission_at(place + 0.5 - whole));
+    return shown(at, whole, weight * emission_at(at.pixel + ivec2(whole), place + 0.5 - whole));
 }
 
 #if BY_HOLE

@@ -20,10 +20,11 @@ vec2 inside(vec2 low, vec2 high, vec2 from, vec2 inverse_step) {
 }
 
 // The emission that a stretch meets on [low, high] of its way in the pixel at `corner`.
-vec3 emission_along(vec2 from, vec2 inverse_step, float low, float high, vec2 corner) {
+vec3 emission_along(vec2 from, vec2 inverse_step, float low, float high, vec2 corner, int first) {
     vec3 lit;
     for (int c = 0; c < 3; c++) {
-        vec2 part = inside(corner + emitting[c].xy, corner + emitting[c].zw, from, inverse_step);
+        vec4 box = emitting[first + c];
+        vec2 part = inside(corner + box.xy, corner + box.zw, from, inverse_step);
         lit[c] = max(min(part.y, high) - max(part.x, low), 0.0);
     }
     return lit * gain.rgb;
@@ -61,7 +62,8 @@ vec3 along(Retina at, int index) {
         float edge = min(until_edge.x, until_edge.y);
         float to = min(min(border, edge), 1.0);
         vec3 weight = emission_along(place, landing_inverse, max(from, walls.x),
-                                     min(to, walls.y), pixel - 0.5);
+                                     min(to, walls.y), pixel - 0.5,
+                                     first_box(at.pixel + ivec2(pixel)));
         total += shown(at, pixel, weight * within[index].x);
         if (to >= 1.0) break;
         from = max(from, to);

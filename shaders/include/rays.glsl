@@ -11,7 +11,7 @@
 // Derivation: vrlf/optics/samples.py, vrlf/optics/quadrature.py.
 
 struct Retina {
-    ivec2 pixel;   // the retinal pixel, named by its panel point
+    ivec2 pixel;   // the retinal pixel, named by its panel point; or one at its place of a period
     int eye;
     vec4 crossed;  // where its chief ray crosses the array
     vec4 owner;    // the same for the barriers
@@ -27,7 +27,8 @@ vec3 over_landing(Retina at, vec2 place) {
     for (int row = 0; row < 2; row++) {
         for (int column = 0; column < 2; column++) {
             vec2 pixel = first + vec2(column, row);
-            total += shown(at, pixel, emission_over(place - pixel, 1.0));
+            vec3 weight = emission_over(at.pixel + ivec2(pixel), place - pixel, 1.0);
+            total += shown(at, pixel, weight);
         }
     }
     return total;

@@ -1,12 +1,15 @@
 // Rows of a tabulated operator: by phase, or one for each pixel.
 //
-// A phase is a place in a cell; the nearest of those that were sampled is read. Where
-// perpendicular walls stand, each pixel has a row of its own. An entry is an offset to another
+// A phase is a place in a cell; the nearest of those that were sampled is read. Each place of a
+// layout's period has phases of its own. Where perpendicular walls stand, each pixel has a row of
+// its own. An entry is an offset to another
 // pixel, right and down, and how much of it is seen in each colour; entries are read in pairs.
 //
-// Defines: PER_PIXEL 1 where each pixel has its row.
+// Defines: PER_PIXEL 1 where each pixel has its row; PERIOD_X, PERIOD_Y (include/period.glsl).
 // Needs: viewport.glsl, of the block: ivec2 phases (a side of a cell, for each eye).
 // Packing: packed() of vrlf/passes/phases.py.
+
+#include "include/period.glsl"
 
 layout(std430, binding = 0) readonly buffer Entries { uvec4 entries[]; };  // in pairs
 layout(std430, binding = 1) readonly buffer Starts { int starts[]; };
@@ -23,7 +26,8 @@ int row_of(ivec2 pixel, int eye) {
     vec2 crossed = crossings[pixel.x].xy + crossings[panel_px.x + pixel.y].xy;
     int side = phases[eye];
     ivec2 nearest = ivec2(fract(crossed + 0.5) * float(side) + 0.5) % side;
-    return eye * phases.x * phases.x + nearest.y * side + nearest.x;
+    int before = eye * PERIOD_X * PERIOD_Y * phases.x * phases.x + place_of(pixel) * side * side;
+    return before + nearest.y * side + nearest.x;
 }
 #endif
 

@@ -48,10 +48,9 @@ output_option = click.option(
 )
 bits_option = click.option(
     "--bits",
-    type=click.Choice(["8", "16"]),
-    default="8",
-    show_default=True,
-    help="Bits a channel; 16 in PNG and TIFF only, an EXR has floats anyway.",
+    type=click.Choice(["8", "10", "16"]),
+    help="Bits a channel; 16, and 10 within 16, in PNG and TIFF only, an EXR has floats anyway. "
+    "Without it a panel image has the panel's, all else 8.",
 )
 dither_option = click.option(
     "--dither",
@@ -60,33 +59,53 @@ dither_option = click.option(
 )
 
 
-def check_outputs(paths: list[str], rig: Rig, bits: str) -> None:
-    """Refuse what cannot be written, before any work is done for it."""
+def check_outputs(
+    paths: list[str], rig: Rig, bits: str | None, *, is_panel: bool = False
+) -> tuple[str, str]:
+    """Refuse what cannot be written, before any work is done for it.
+
+    Parameters
+    ----------
+    paths : list of str
+        The result's first.
+    bits : str or None
+        As asked for.
+    is_panel : bool
+        Whether the first is a panel image.
+
+    Returns
+    -------
+    (str, str)
+        Bits of the first, and of any other.
+    """
     require_picture_size(rig)
     targets = [check_picture_target(path) for path in paths]
     if len(set(targets)) < len(targets):
         raise InputError(
             f"--target: found {shown(paths[1])}, the same file as --output, wanted another one"
         )
-    for path in paths:
+    own = str(rig.panel.bits) if bits is None and is_panel else bits or "8"
+    for path, wanted in zip(paths, (own, bits or "8"), strict=False):
         ending = Path(path).suffix.lower()
-        if bits == "16" and ending not in _DEEP:
+        if wanted != "8" and ending not in _DEEP:
             raise InputError(
-                f"--bits: found 16 for the ending '{ending}' of {shown(path)}, "
-                f"wanted 8, or one of {' '.join(_DEEP)}"
+                f"{'--bits' if bits else 'panel.bits'}: found {wanted} for the ending '{ending}' "
+                f"of {shown(path)}, wanted {'' if bits else '--bits '}8, "
+                f"or one of {' '.join(_DEEP)}"
             )
+    return own, bits or "8"
 
 
 def write_result(path: str, light: Image, renderer: Renderer, *, bits: str, dither: bool) -> None:
-    """Write linear light: EXR as it is, 8 bits through the encode pass, 16 bits exactly."""
+    """Write linear light: EXR as it is, 8 bits through the encode pass, more bits exactly."""
     ending = Path(path).suffix.lower()
     if ending == ".exr":
         write_picture(path, light)
-    elif bits == "16":
-        write_picture(path, light, bits=16)
+    elif bits != "8":
+        write_picture(path, light, bits=int(bits))
     else:
         write_encoded(path, renderer.encode(light, dither=dither))
-    if dither and (ending == ".exr" or bits == "16"):
+    if dither and (ending == ".exr" or bits != "8"):
         say(f"{shown(path)}: not dithered, for that is for 8 bits")
     say(f"wrote {shown(path)}")
 
@@ -110,7 +129,7 @@ def prefilter(
     source: str,
     output: str,
     target_file: str | None,
-    bits: str,
+    bits: str | None,
     dither: bool,
     device: Any,
     as_json: bool,
@@ -132,15 +151,16 @@ def prefilter(
     """
     rig = rig_choice(options).load()
     say_of_wavefronts(rig)
-    check_outputs([output] if target_file is None else [output, target_file], rig, bits)
+    outputs = [output] if target_file is None else [output, target_file]
+    own_bits, other_bits = check_outputs(outputs, rig, bits, is_panel=True)
     if Path(output).suffix.lower() in _LOSSY:
         say(f"{shown(output)}: JPEG alters single pixels; a panel image wants .png or .exr")
     with renderer_of(device) as renderer:
         target = target_of(source, rig, renderer, SourceOptions(**options))
         panel = renderer.prefilter(target, rig)
         if target_file is not None:
-            write_result(target_file, target, renderer, bits=bits, dither=dither)
-        write_result(output, panel, renderer, bits=bits, dither=dither)
+            write_result(target_file, target, renderer, bits=other_bits, dither=dither)
+        write_result(output, panel, renderer, bits=own_bits, dither=dither)
     if as_json:
         put_json(_written(output, rig, method=rig.prefilter.method, target=target_file))
 
@@ -168,7 +188,7 @@ def perceive(
     rays: int,
     exposure: Any,
     encoding: Any,
-    bits: str,
+    bits: str | None,
     dither: bool,
     device: Any,
     as_json: bool,
@@ -186,12 +206,12 @@ def perceive(
     """
     rig = rig_choice(options).load()
     say_of_wavefronts(rig)
-    check_outputs([output], rig, bits)
+    own_bits, _ = check_outputs([output], rig, bits)
     shown = read_picture(panel, encoding=encoding)
     _require_panel_size(shown, rig, panel)
     with renderer_of(device) as renderer:
         seen, error = _seen(renderer, shown, rig, rays, exposure)
-        write_result(output, seen, renderer, bits=bits, dither=dither)
+        write_result(output, seen, renderer, bits=own_bits, dither=dither)
     if as_json:
         put_json(_written(output, rig, rays=rays, exposure=exposure, quadrature_rms=error))
     elif error is not None:

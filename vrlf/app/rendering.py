@@ -71,6 +71,8 @@ class Job:
     rays : int
     ending : str
         ``.png`` or ``.exr``.
+    is_film : bool
+        Whether the frames are for a film, which has 8 bits a colour.
     """
 
     rig: Rig
@@ -83,6 +85,11 @@ class Job:
     whats: tuple[str, ...]
     rays: int
     ending: str
+    is_film: bool
+
+    def bits(self, what: str) -> int:
+        """Of each colour in a PNG: the panel's own in a panel image."""
+        return self.rig.panel.bits if what == "panel" and not self.is_film else 8
 
     def manifest(self) -> str:
         """All that the frames depend on, for a later run to compare."""
@@ -158,7 +165,7 @@ def _positive(least: float, most: float) -> Any:
     type=click.Choice(["png", "exr"]),
     default="png",
     show_default=True,
-    help="Of numbered files: sRGB in 8 bits, or linear floats.",
+    help="Of numbered files: sRGB in 8 bits (the panel's own for a panel image), or linear floats.",
 )
 @click.option(
     "--fps",
@@ -228,7 +235,7 @@ def render(
     unhurried = rig.prefilter.model_copy(update={"budget_ms": None})
     rig = rig.model_copy(update={"prefilter": unhurried})
     job = Job(
-        rig, source, given, frames, rate_hz, start_s, path, whats, rays, f".{ending}"
+        rig, source, given, frames, rate_hz, start_s, path, whats, rays, f".{ending}", is_film
     )  # fmt: skip
     if is_film:
         for name in _films(output, whats):
@@ -299,7 +306,8 @@ def _render(folder: Path, job: Job) -> int:
         for index in _told(missing):
             _frame(stream, live, job, index)
             for what in job.whats:
-                _write(_file(folder, what, index, job), _picture(stream, what), encoder, job)
+                place = _file(folder, what, index, job)
+                _write(place, _picture(stream, what), encoder, job.bits(what))
         if live.fault:
             say(live.fault)
     return len(missing)
@@ -344,9 +352,9 @@ def _picture(stream: Stream, what: str) -> Texture:
             return stream.target
 
 
-def _write(path: Path, light: Texture, encoder: Encoder, job: Job) -> None:
-    if job.ending == ".exr":
-        write_picture(path, np.asarray(light.read()[..., :3], np.float32))
+def _write(path: Path, light: Texture, encoder: Encoder, bits: int) -> None:
+    if path.suffix == ".exr" or bits != 8:
+        write_picture(path, np.asarray(light.read()[..., :3], np.float32), bits=bits)
     else:
         write_encoded(path, encoder.codes(light))
 

@@ -33,7 +33,8 @@ def _display(rig: Rig, display: Numbers) -> str:
         [
             "Headset",
             f"  panel           {panel.width_px} x {panel.height_px} pixels of "
-            f"{panel.pixel_pitch_um:g} um, {panel.subpixels}",
+            f"{panel.pixel_pitch_um:g} um, {panel.subpixels}, {panel.peak_nit:g} cd/m2, "
+            f"{panel.bits} bits",
             f"  sharpness       {display['pixels_per_degree']:.1f} pixels per degree on the axis",
             f"  the lens shows the bare panel {where}",
         ]

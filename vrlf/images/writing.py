@@ -86,8 +86,9 @@ def write_picture(
         The ending, one of `PICTURE_ENDINGS`, names the format.
     linear : ndarray of float, shape (H, W, 3)
         Linear light, 1 for full drive, row 0 at the top.
-    bits : {8, 16}
-        Width of the integers; 16 for PNG and TIFF only. An EXR is always float32.
+    bits : {8, 10, 16}
+        Width of the integers; 16, and 10 within 16, for PNG and TIFF only. An EXR is always
+        float32.
     metadata : mapping of str to str, optional
         Goes into the file, each name behind ``vrlf:``; into the description of
         JPEG and TIFF, not at all into WebP and BMP.

@@ -9,13 +9,14 @@ file           holds
 fields         configuration and field types that all tables share
 zernike        a measured ``Zernike`` wavefront; OSA, Noll's and Fringe order
 eye            ``Eye``, or a ``Camera`` in its place
+toml_file      TOML files read with one line for what is wrong
+layouts        sub-pixel layouts, files of ``assets/layouts``
 hardware       ``Panel``, ``Headset``, ``Array`` and the headset lens's power
 rig            ``Prefilter`` and the whole ``Rig``; checks between its tables
 wording        how messages quote a value
 prescription   a prescription as it is written on paper
 complaints     a failed validation as lines of ``key: found ..., wanted ...``
 shelf          the rigs, eyes and panels that ship with vrlf
-toml           TOML files as tables
 wavefront_file a wavefront's coefficients from a CSV file
 parts          tables that lean on other files: ``extends`` in an eye, a wavefront's file
 overrides      ``table.key=value`` and the merging of tables
@@ -26,7 +27,8 @@ reading        rig files, ``extends``, command line changes -> ``Rig``
 from __future__ import annotations
 
 from vrlf.model.eye import Camera, Eye
-from vrlf.model.hardware import SUBPIXEL_LAYOUTS, Array, Headset, Panel, lens_power_d
+from vrlf.model.hardware import Array, Headset, Panel, Primaries, lens_power_d
+from vrlf.model.layouts import SubpixelLayout, layout_names, subpixel_layout
 from vrlf.model.prescription import parse_prescription, prescription_text
 from vrlf.model.reading import load_rig, rig_from_tables
 from vrlf.model.rig import Prefilter, Rig, rig_json_schema
@@ -35,15 +37,17 @@ from vrlf.model.zernike import Zernike
 
 __all__ = [
     "DEFAULT_RIG",
-    "SUBPIXEL_LAYOUTS",
     "Array",
     "Camera",
     "Eye",
     "Headset",
     "Panel",
     "Prefilter",
+    "Primaries",
     "Rig",
+    "SubpixelLayout",
     "Zernike",
+    "layout_names",
     "lens_power_d",
     "load_rig",
     "parse_prescription",
@@ -52,4 +56,5 @@ __all__ = [
     "rig_json_schema",
     "rig_names",
     "rig_summary",
+    "subpixel_layout",
 ]

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final, Literal, get_args
+from typing import Annotated, Any, Final, Literal
 
-from pydantic import BaseModel, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BaseModel, Field, ValidationInfo, field_validator
 
 from vrlf.model.fields import GIVEN, FromList, between, refusal
+from vrlf.model.layouts import layout_names, names_wanted
 from vrlf.units import MM_PER_M
-
-SubpixelLayout = Literal["full", "rgb-stripe", "bgr-stripe"]
-SUBPIXEL_LAYOUTS: Final[tuple[str, ...]] = get_args(SubpixelLayout)
 
 ArrayKind = Literal["microlens", "pinhole", "none"]
 
@@ -24,15 +22,50 @@ _NEEDED: Final[dict[str, tuple[tuple[ArrayKind, ...], float, float]]] = {
 }
 
 _Wavelength = Annotated[float, between(380.0, 780.0)]
+_Unit = Annotated[float, between(0.0, 1.0)]
+_Chromaticity = Annotated[tuple[_Unit, _Unit], FromList]
 _Distortion = Annotated[float, between(-100.0, 100.0)]
 _Offset = Annotated[float, between(-1_000_000.0, 1_000_000.0)]
+
+
+def _known_layout(name: str) -> str:
+    if name not in layout_names():
+        raise refusal(names_wanted())
+    return name
+
+
+def _named_layouts(schema: dict[str, Any]) -> None:
+    schema["enum"] = list(layout_names())
+
+
+class Primaries(BaseModel):
+    """Where a panel's red, green, blue and white lie in the CIE 1931 diagram, (x, y)."""
+
+    model_config = GIVEN
+
+    red: _Chromaticity
+    green: _Chromaticity
+    blue: _Chromaticity
+    white: _Chromaticity
 
 
 class Panel(BaseModel):
     """The display: ``width_px`` by ``height_px`` pixels of ``pixel_pitch_um``.
 
-    ``subpixels`` names the layout of the emitting areas, ``wavelengths_nm``
-    what red, green and blue emit.
+    Attributes
+    ----------
+    width_px, height_px : int
+    pixel_pitch_um : float
+    subpixels : str
+        Names the layout of the emitting areas.
+    wavelengths_nm : (float, float, float)
+        What red, green and blue emit.
+    peak_nit : float
+        Luminance of full drive, cd/m^2.
+    bits : int
+        Of each colour: a panel image is written in as many steps.
+    primaries : Primaries or None
+        For information: light is the panel's own red, green and blue throughout.
     """
 
     model_config = GIVEN
@@ -40,12 +73,17 @@ class Panel(BaseModel):
     width_px: Annotated[int, between(2, 32_768)]
     height_px: Annotated[int, between(2, 32_768)]
     pixel_pitch_um: Annotated[float, between(0.5, 10_000.0)]
-    subpixels: SubpixelLayout = "rgb-stripe"
+    subpixels: Annotated[
+        str, AfterValidator(_known_layout), Field(json_schema_extra=_named_layouts)
+    ] = "rgb-stripe"
     wavelengths_nm: Annotated[tuple[_Wavelength, _Wavelength, _Wavelength], FromList] = (
         610.0,
         545.0,
         465.0,
     )
+    peak_nit: Annotated[float, between(1.0, 100_000.0)] = 500.0  # the iPhone 6's, by Apple
+    bits: Literal[8, 10] = 8
+    primaries: Primaries | None = None
 
 
 class Headset(BaseModel):

@@ -14,15 +14,17 @@ from typing import Any, Final
 
 from vrlf.errors import InputError, RigError
 from vrlf.model.overrides import merged
-from vrlf.model.shelf import Shelf, shipped
-from vrlf.model.toml import label, tables_of
+from vrlf.model.shelf import Shelf, label, names_on, shipped
+from vrlf.model.toml_file import read_tables
 from vrlf.model.wavefront_file import wavefront_table
 from vrlf.model.wording import shown
 
 _SHELVES: Final[dict[str, Shelf]] = {"left": "eyes", "right": "eyes", "panel": "panels"}
 
 
-def laid_over(base: Mapping[str, Any], layer: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def laid_over(
+    base: Mapping[str, Any], layer: Mapping[str, Any], folder: Path, *, source: str
+) -> dict[str, Any]:
     """Tables of ``base`` with those of a layer over them, and what the layer leans on filled in.
 
     A table that extends another takes its place whole: nothing of the base's is left in it.
@@ -31,6 +33,8 @@ def laid_over(base: Mapping[str, Any], layer: Mapping[str, Any], folder: Path) -
     ----------
     folder : Path
         From which the layer's relative paths are found.
+    source : str
+        What messages call the layer.
 
     Raises
     ------
@@ -43,38 +47,43 @@ def laid_over(base: Mapping[str, Any], layer: Mapping[str, Any], folder: Path) -
         if not isinstance(table, Mapping):
             continue
         if "extends" in table:
-            below[name], table = _extended(name, shelf, table, folder)
+            below[name], table = _extended(name, shelf, table, folder, source)
         if shelf == "eyes":
-            table = _with_wavefront(name, table, folder)
+            table = _with_wavefront(name, table, folder, source)
         above[name] = table
     return merged(below, above)
 
 
 def _extended(
-    name: str, shelf: Shelf, table: Mapping[str, Any], folder: Path
+    name: str, shelf: Shelf, table: Mapping[str, Any], folder: Path, source: str
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """The table that one extends, and what is left of this one."""
-    path = _located(name, shelf, table["extends"], folder)
-    base = tables_of(path)
+    path = _located(name, shelf, table["extends"], folder, source)
+    base = read_tables(path, label(path), f"file of a{'n' if shelf == 'eyes' else ''} {shelf[:-1]}")
     if "extends" in base:
         raise RigError(label(path), ["extends: found it, wanted a table that stands by itself"])
     if shelf == "eyes":
-        base = _with_wavefront(name, base, path.parent)
+        base = _with_wavefront(name, base, path.parent, label(path))
     return base, {key: value for key, value in table.items() if key != "extends"}
 
 
-def _located(name: str, shelf: Shelf, value: Any, folder: Path) -> Path:
+def _located(name: str, shelf: Shelf, value: Any, folder: Path, source: str) -> Path:
     if not isinstance(value, str) or "\0" in value:
-        raise InputError(f"{name}.extends: found {shown(value)}, wanted a name or a path in quotes")
+        problem = f"{name}.extends: found {shown(value)}, wanted {_wanted(shelf)}"
+        raise RigError(source, [problem])
     if value.endswith(".toml") or re.search(r"[/\\]", value):
         return folder / value
     try:
         return shipped(shelf, value)
     except InputError as error:
-        raise InputError(f"{name}.extends: {error}") from None
+        raise RigError(source, [f"{name}.extends: {str(error).partition(': ')[2]}"]) from None
 
 
-def _with_wavefront(name: str, eye: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def _wanted(shelf: Shelf) -> str:
+    return f"a path to a .toml file or one of {', '.join(names_on(shelf))}"
+
+
+def _with_wavefront(name: str, eye: Mapping[str, Any], folder: Path, source: str) -> dict[str, Any]:
     """An eye's table whose wavefront's file, if it names one, has been read."""
     zernike = eye.get("zernike")
     if not isinstance(zernike, Mapping) or "file" not in zernike:
@@ -82,11 +91,11 @@ def _with_wavefront(name: str, eye: Mapping[str, Any], folder: Path) -> dict[str
     rest = {key: value for key, value in zernike.items() if key != "file"}
     for other in ("coefficients", "coefficients_um"):
         if other in rest:
-            raise InputError(
-                f'{name}.zernike.file: found it beside "{other}", wanted one of the two'
-            )
+            problem = f'{name}.zernike.file: found it beside "{other}", wanted one of the two'
+            raise RigError(source, [problem])
     file = zernike["file"]
     if not isinstance(file, str) or not file or "\0" in file:
-        raise InputError(f"{name}.zernike.file: found {shown(file)}, wanted a path in quotes")
+        problem = f"{name}.zernike.file: found {shown(file)}, wanted a path in quotes"
+        raise RigError(source, [problem])
     read = wavefront_table(folder / file, rest.get("wavelength_nm"))
     return {**eye, "zernike": {**rest, "coefficients_um": read}}

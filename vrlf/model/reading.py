@@ -16,8 +16,8 @@ from vrlf.model.overrides import parse_override
 from vrlf.model.parts import laid_over
 from vrlf.model.prescription import parse_prescription
 from vrlf.model.rig import Rig
-from vrlf.model.shelf import shipped_rig
-from vrlf.model.toml import label, tables_of
+from vrlf.model.shelf import label, shipped_rig
+from vrlf.model.toml_file import parse_tables, read_tables
 from vrlf.model.wording import quoted, shown
 
 _LONGEST_CHAIN: Final = 8
@@ -38,7 +38,7 @@ def load_rig(
     source : str or Path
         A path (it has a separator or ends in ``.toml``) or a shipped rig's name.
     overrides : sequence of str
-        ``table.key=value``; a later one wins.
+        ``table.key=value``; a later one wins. ``panel.extends=NAME`` takes a shipped panel.
     left, right, both : str, optional
         Prescriptions as written on paper. They set sphere, cylinder and axis;
         ``left`` and ``right`` win over ``both``, overrides over all three.
@@ -58,10 +58,10 @@ def load_rig(
     chain = _chain(_located(source, Path()))
     tables: dict[str, Any] = {}
     for path, layer in reversed(chain):
-        tables = laid_over(tables, layer, path.parent)
+        tables = laid_over(tables, layer, path.parent, source=label(path))
     name = " extends ".join(label(path) for path, _ in chain)
     for change in _changes(name, overrides, left=left, right=right, both=both):
-        tables = laid_over(tables, change, Path())
+        tables = laid_over(tables, change, Path(), source=name)
     return rig_from_tables(tables, source=name)
 
 
@@ -76,7 +76,7 @@ def load_rig_text(text: str, path: Path) -> Rig:
     chain = [*_chain(path, text.removeprefix("\ufeff"))]
     tables: dict[str, Any] = {}
     for each, layer in reversed(chain):
-        tables = laid_over(tables, layer, each.parent)
+        tables = laid_over(tables, layer, each.parent, source=label(each))
     return rig_from_tables(tables, source=" extends ".join(label(each) for each, _ in chain))
 
 
@@ -88,8 +88,9 @@ def rig_from_tables(tables: Mapping[str, Any], *, source: str = "rig") -> Rig:
     RigError
         Naming ``source`` and every wrong key.
     """
+    tables = laid_over({}, tables, Path(), source=source)
     try:
-        return Rig.model_validate(dict(tables))
+        return Rig.model_validate(tables)
     except ValidationError:
         raise RigError(source, wrong_keys(tables)) from None
 
@@ -111,7 +112,7 @@ def _chain(path: Path, text: str | None = None) -> list[tuple[Path, dict[str, An
     chain: list[tuple[Path, dict[str, Any]]] = []
     seen: set[str] = set()
     while True:
-        tables = tables_of(path, text)
+        tables = _tables(path, text)
         text = None
         seen.add(os.path.realpath(path))
         base = tables.pop("extends", None)
@@ -136,6 +137,13 @@ def _base(path: Path, base: Any) -> Path:
 
 def _extends_error(path: Path, base: Any, wanted: str) -> RigError:
     return RigError(label(path), [f"extends: found {shown(base)}, wanted {wanted}"])
+
+
+def _tables(path: Path, text: str | None = None) -> dict[str, Any]:
+    """The tables of one rig file, or of the text that stands for it."""
+    if text is None:
+        return read_tables(path, label(path), "rig file")
+    return parse_tables(text, label(path))
 
 
 def _changes(

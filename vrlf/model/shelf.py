@@ -76,3 +76,10 @@ def rig_summary(name: str) -> str:
 def is_shipped(path: Path) -> bool:
     """Whether a file is one of those on the shelves."""
     return path.parent.parent == assets_dir() and path.parent.name in _ONE
+
+
+def label(path: Path) -> str:
+    """A file in a message: a shipped one by its name, a path so that it can be printed."""
+    if is_shipped(path):
+        return path.stem
+    return str(path) if str(path).isprintable() else ascii(str(path))

@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from vrlf.errors import RigError
-from vrlf.model.toml import label, text_of
+from vrlf.model.shelf import label
+from vrlf.model.toml_file import read_text
 from vrlf.model.wording import quoted, shown
 from vrlf.model.zernike import (
     ZERNIKE_ORDER_LIMIT,
@@ -48,7 +49,7 @@ def wavefront_table(path: Path, wavelength_nm: Any) -> dict[str, float]:
     RigError
         Naming the file and the line.
     """
-    text = text_of(path, "a CSV of Zernike coefficients")
+    text = read_text(path, label(path), "CSV of Zernike coefficients")
     numbered = [
         (number, [cell.strip() for cell in next(csv.reader([line]), [])])
         for number, line in enumerate(text.splitlines(), start=1)

@@ -137,7 +137,7 @@ def _direction(maps: RayMaps) -> Float:
     crossing = 2.0 * along @ phi.T + per_px @ rightward
     bent = maps.lattice.bend * crossing @ pixels_per_cell(maps.rig, maps.lattice).T
     landing = 2.0 * along @ psi.T + rightward - bent
-    boxes = layout(maps.rig.panel.subpixels).rectangles
+    boxes = layout(maps.rig.panel.subpixels).lit
     sides = (boxes[:, 2:] - boxes[:, :2]).mean(axis=0)
     borders = np.abs(crossing).sum(axis=1) + np.sum(np.abs(landing) / sides, axis=1)
     return np.asarray(along[int(np.argmax(borders))])

@@ -22,8 +22,11 @@ VIEWPORT_FIELDS = (
     Field("ivec2", "view_px", "width and height of one eye's viewport"),
     Field("int", "second_column", "where the right eye's viewport begins"),
 )
+# Of a period of pixels, and rectangles of three colours in each.
+MOST_PLACES = 4
+_BOXES = 3 * MOST_PLACES
 SUBPIXEL_FIELDS = (
-    Field("vec4", "emitting", "left, top, right, bottom of each colour in its pixel", 3),
+    Field("vec4", "emitting", "left, top, right, bottom of each place's colours", _BOXES),
     Field("vec4", "gain", "radiance that makes up for the area a colour lacks"),
 )
 LATTICE_FIELDS = (
@@ -52,7 +55,13 @@ def viewport_values(rig: Rig) -> dict[str, Any]:
 def subpixel_values(rig: Rig) -> dict[str, Any]:
     """For ``SUBPIXEL_FIELDS``."""
     emission = layout(rig.panel.subpixels)
-    return {"emitting": emission.rectangles, "gain": (*emission.gain, 0.0)}
+    return {"emitting": padded(emission.rectangles, _BOXES), "gain": (*emission.gain, 0.0)}
+
+
+def subpixel_defines(rig: Rig) -> dict[str, int]:
+    """For ``include/period.glsl``."""
+    columns, rows = layout(rig.panel.subpixels).period
+    return {"PERIOD_X": columns, "PERIOD_Y": rows}
 
 
 def lattice_values(rig: Rig, lattice: Lattice | None) -> dict[str, Any]:
@@ -95,6 +104,15 @@ def lattice_rasters(
         raster_buffer(device, crossings, "crossings"),
         raster_buffer(device, owners, "owners"),
     )
+
+
+def padded(rows: Any, count: int) -> NDArray[np.float64]:
+    """As an array of vec4 in a block holds them, the rest 0; shape (count, 4)."""
+    values = np.zeros((count, 4))
+    given = np.asarray(rows)
+    if len(given):
+        values[: given.shape[0], : given.shape[1]] = given
+    return values
 
 
 def vec2_rows(values: Float) -> NDArray[np.float32]:

@@ -40,18 +40,24 @@ from vrlf.optics.eye import eye_optics
 from vrlf.optics.footprint import Footprints, footprints, pays, sample_grid
 from vrlf.optics.inverse import InverseMap, crossing_shift_mm, inverse_map
 from vrlf.optics.lattice import Lattice, lattice_of
+from vrlf.optics.polynomial import Float
 from vrlf.optics.raster import cells_per_pixel
 from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import SIDES, viewport
 from vrlf.passes.fields import (
     LATTICE_FIELDS,
+    MOST_PLACES,
     VIEWPORT_FIELDS,
     lattice_rasters,
     lattice_values,
+    padded,
+    subpixel_defines,
     viewport_values,
 )
 
 _MAPS = 6  # two eyes by three colours, at most
+# Of each place of a layout's period: three sub-pixels, which each map shows its way.
+_SAMPLES, _STEPS = 3 * MOST_PLACES, _MAPS * MOST_PLACES
 # Of a polynomial of two variables: a slope of a wavefront of the highest order.
 _COEFFICIENTS = ZERNIKE_ORDER_LIMIT**2
 
@@ -61,8 +67,8 @@ FORWARD = Block(
         *VIEWPORT_FIELDS,
         *LATTICE_FIELDS,
         Field("vec4", "pupil_radii_per_cell", "2x2 of each eye: pupil radii per cell", 2),
-        Field("vec4", "samples", "of each colour: its first sample's place, the step", 3),
-        Field("vec4", "target_steps", "of each map: that step in the target, across, down", _MAPS),
+        Field("vec4", "samples", "of each colour: its first sample's place, the step", _SAMPLES),
+        Field("vec4", "target_steps", "of each map: that step in the target, across, down", _STEPS),
         Field("vec4", "moves", "xy: coefficients of each map's X - x", _MAPS * _COEFFICIENTS),
     ),
 )
@@ -81,15 +87,19 @@ class ForwardTables:
             raise ValueError("forward: a bare panel needs no tables, its image is the target")
         maps, ray_sets = inverse_maps(rig, lattice)
         moves, grid = moves_px(maps), rig.prefilter.subpixel_grid
-        samples = [sample_grid(r, grid) for r in layout(rig.panel.subpixels).rectangles]
+        emission = layout(rig.panel.subpixels)
+        samples = [sample_grid(r, grid) for r in emission.rectangles]
         crossed_per_px = bench.array_from_panel * cells_per_pixel(rig, lattice)
-        self.footprints = footprints(maps, crossed_per_px, samples[:ray_sets] * len(SIDES), grid)
+        # At each place of the period, by each map.
+        shown = [each for i in range(emission.places) for each in _of_maps(samples, i, ray_sets)]
+        self.footprints = footprints(maps * emission.places, crossed_per_px, shown, grid)
         self.defines: dict[str, int | float | str] = {
             "DEGREE": moves.shape[1] - 1,
             "RAY_SETS": ray_sets,
             "GRID": grid,
             # Converging walls cut none of these rays: see the float64 twin.
             "WALLS": int(lattice.barriers == "perpendicular"),
+            **subpixel_defines(rig),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         # The middle column of an odd width is done with the left eye's.
@@ -105,9 +115,9 @@ class ForwardTables:
                 maps[0].pupil_radii_per_cell.ravel(),
                 maps[-1].pupil_radii_per_cell.ravel(),
             ],
-            "samples": samples,
-            "target_steps": _padded(self.footprints.steps_px if self.footprints else (), _MAPS),
-            "moves": _padded(moves.reshape(-1, 2), _MAPS * _COEFFICIENTS),
+            "samples": padded(samples, _SAMPLES),
+            "target_steps": padded(self.footprints.steps_px if self.footprints else (), _STEPS),
+            "moves": padded(moves.reshape(-1, 2), _MAPS * _COEFFICIENTS),
         }
 
     def bind(self) -> None:
@@ -127,10 +137,16 @@ def inverse_maps(rig: Rig, lattice: Lattice) -> tuple[list[InverseMap], int]:
     """The maps of both eyes, colour by colour, and how many each has: 1 shared by all, or 3."""
     bench = bench_of(rig)
     eyes = [eye_optics(rig, side) for side in SIDES]
-    shared = rig.panel.subpixels == "full" and not any(eye.is_chromatic for eye in eyes)
+    is_shared = layout(rig.panel.subpixels).is_shared
+    shared = is_shared and not any(eye.is_chromatic for eye in eyes)
     ray_sets = 1 if shared else 3
     maps = [inverse_map(rig, bench, lattice, eye, c) for eye in eyes for c in range(ray_sets)]
     return maps, ray_sets
+
+
+def _of_maps(samples: list[Float], place: int, ray_sets: int) -> list[Float]:
+    """The sub-pixel that each map shows at one place of the period, the left eye's first."""
+    return samples[3 * place : 3 * place + ray_sets] * len(SIDES)
 
 
 def moves_px(maps: list[InverseMap]) -> NDArray[np.float32]:
@@ -142,15 +158,6 @@ def moves_px(maps: list[InverseMap]) -> NDArray[np.float32]:
             for each in maps
         ]
     ).astype(np.float32)
-
-
-def _padded(rows: Any, count: int) -> NDArray[np.float64]:
-    """As an array of vec4 in a block holds them, the rest 0; shape (count, 4)."""
-    values = np.zeros((count, 4))
-    given = np.asarray(rows)
-    if len(given):
-        values[: given.shape[0], : given.shape[1]] = given
-    return values
 
 
 class CutList:

@@ -21,6 +21,7 @@ from vrlf.passes.fields import (
     VIEWPORT_FIELDS,
     lattice_rasters,
     lattice_values,
+    subpixel_defines,
     subpixel_values,
     viewport_values,
 )
@@ -47,7 +48,11 @@ class PlainForwardTables:
             raise ValueError("forward: a bare panel needs no tables, its image is the target")
         maps, ray_sets = inverse_maps(rig, lattice)
         moves = moves_px(maps)
-        self.defines = {"DEGREE": moves.shape[1] - 1, "RAY_SETS": ray_sets}
+        self.defines = {
+            "DEGREE": moves.shape[1] - 1,
+            "RAY_SETS": ray_sets,
+            **subpixel_defines(rig),
+        }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.displacements = Buffer(device, moves, label="displacements")
         shift = {side: crossing_shift_mm(bench, eye_optics(rig, side)) for side in SIDES}

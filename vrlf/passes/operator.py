@@ -3,7 +3,8 @@
 Which panel pixels a retinal pixel sees, and how much, depends on where in its cell the
 pixel's chief ray crosses the array, and on nothing else. So the operator of a million pixels
 is a table of some ten thousand rows by phase, made once for a prescription; its adjoint is the
-same table with each entry moved to the phase of the pixel at its other end. Perpendicular walls
+same table with each entry moved to the phase of the pixel at its other end. Layouts of which
+neighbouring pixels differ have such rows for each place of their period. Perpendicular walls
 divide the panel by another measure: there each pixel has its row.
 
 Measured (dB after 16 steps, matched-microlens, astronaut and coffee): 213 x 213 phases of which
@@ -29,8 +30,14 @@ from vrlf.errors import InputError
 from vrlf.gpu import GROUP_PX, Buffer, Device, Field
 from vrlf.model import Rig
 from vrlf.optics.lattice import Lattice, lattice_of
+from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import SIDES, Side
-from vrlf.passes.fields import VIEWPORT_FIELDS, lattice_rasters, viewport_values
+from vrlf.passes.fields import (
+    VIEWPORT_FIELDS,
+    lattice_rasters,
+    subpixel_defines,
+    viewport_values,
+)
 from vrlf.passes.phases import (
     Rows,
     Turning,
@@ -153,11 +160,17 @@ class OperatorTables:
             if walled:
                 yield from self._by_pixel(rig, side, builder, forward, adjoint)
             else:
-                turning = Turning(phases_per_offset(rig, lattice, phases), phases)
+                per_offset = phases_per_offset(rig, lattice, phases)
+                turning = Turning(per_offset, phases, layout(rig.panel.subpixels).period)
                 yield from self._by_phase(rig, side, turning, builder, forward, adjoint)
         lanes = _lanes(device, forward)
         # The width of a group that holds as many lanes for each of its pixels, too.
-        self.defines = {"PER_PIXEL": int(walled), "LANES": lanes, "GROUP_LANES": lanes * GROUP_PX}
+        self.defines = {
+            "PER_PIXEL": int(walled),
+            "LANES": lanes,
+            "GROUP_LANES": lanes * GROUP_PX,
+            **subpixel_defines(rig),
+        }
         yield from self._upload(device, rig, lattice, forward, adjoint)
 
     def _traced(
@@ -187,7 +200,7 @@ class OperatorTables:
         yield from self._traced(rig, side, builder, take)
         entries = yield from turning.join()
         phases = self.phases[SIDES.index(side)]
-        for band in bands(phases, entries):
+        for band in bands(layout(rig.panel.subpixels).places * phases, entries):
             adjoint.add(turning.lines(band), (band.start * phases, band.stop * phases))
             yield
 

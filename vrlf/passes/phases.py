@@ -2,7 +2,8 @@
 
 A phase is the place in its cell where a pixel's chief ray crosses the array. Rows are sampled
 on a grid over the cell, N x N of them (the cell's opposite borders are the same phase), and the
-nearest one is read.
+nearest one is read. Where a layout's emission has a period of several pixels, each place of it has
+rows by phase of its own, one place's after the other's.
 """
 
 from __future__ import annotations
@@ -90,7 +91,8 @@ class Rows:
     Attributes
     ----------
     row : ndarray of int64 (n,)
-        A phase (line times N plus column), or a pixel of a viewport (likewise).
+        A phase (line times N plus column; N N of them for each place of a layout's period), or
+        a pixel of a viewport (likewise).
     offsets : ndarray of int64 (n, 2)
         To the pixel that is read, right and down.
     weights : ndarray of float32 (n, 3)
@@ -131,11 +133,12 @@ def phases_per_offset(rig: Rig, lattice: Lattice | None, phases: int) -> Float:
 class Turning:
     """The adjoint's rows: each entry at the phase of the pixel that it reads, turned about.
 
-    That phase lies between sampled ones; the entry goes to the nearest.
+    That phase lies between sampled ones; the entry goes to the nearest. Which place of the
+    layout's ``period`` (columns, rows) the pixel has is known.
     """
 
-    def __init__(self, per_offset: Float, phases: int) -> None:
-        self._per_offset, self._phases = per_offset, phases
+    def __init__(self, per_offset: Float, phases: int, period: tuple[int, int] = (1, 1)) -> None:
+        self._per_offset, self._phases, self._period = per_offset, phases, period
         self._keys: list[Ints] = []
         self._weights: list[NDArray[np.float32]] = []
 
@@ -145,8 +148,17 @@ class Turning:
         line, column = rows.row // n + moved[:, 1], rows.row % n + moved[:, 0]
         # One number that sorts by row, then as its pixels lie on the panel.
         place, back = line % n * n + column % n, _MIDDLE - rows.offsets
+        if self._period != (1, 1):
+            place += self._place_read(rows) * n * n
         self._keys.append((place << 32) | (back[:, 1] << 16) | back[:, 0])
         self._weights.append(rows.weights)
+
+    def _place_read(self, rows: Rows) -> Ints:
+        """Which place of the period the pixels have that are read."""
+        columns, lines = self._period
+        own = rows.row // self._phases**2
+        right = (own % columns + rows.offsets[:, 0]) % columns
+        return np.asarray((own // columns + rows.offsets[:, 1]) % lines * columns + right)
 
     def join(self) -> Generator[None, None, int]:
         """End taking; the number of entries."""

@@ -32,6 +32,7 @@ from vrlf.passes.fields import (
     SUBPIXEL_FIELDS,
     lattice_rasters,
     lattice_values,
+    subpixel_defines,
     subpixel_values,
     vec2_rows,
     viewport_values,
@@ -153,6 +154,7 @@ class PerceiveTables:
             "ARRAY": _KINDS[rig.array.kind],
             "COLOURS": self.colours,
             "BY_HOLE": int(quadrature == "holes"),
+            **subpixel_defines(rig),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.throughput = 1.0 if lattice is None else lattice.throughput

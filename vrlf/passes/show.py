@@ -12,6 +12,7 @@ from vrlf.passes.encode import threshold_table
 from vrlf.passes.fields import (
     SUBPIXEL_FIELDS,
     VIEWPORT_FIELDS,
+    subpixel_defines,
     subpixel_values,
     viewport_values,
 )
@@ -98,6 +99,7 @@ class Show:
                 "TAPS": taps,
                 "GRIDS": int(not is_whole),
                 "SUBPIXELS": int(subpixels),
+                **subpixel_defines(rig),
             }
         )
         program.set(

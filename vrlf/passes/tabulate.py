@@ -14,6 +14,7 @@ from vrlf.model import Rig
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.raster import pixels_per_cell
 from vrlf.optics.samples import ray_tables
+from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import SIDES, Side
 from vrlf.passes.fields import VIEWPORT_FIELDS
 from vrlf.passes.phases import Rows, table_rays
@@ -85,9 +86,11 @@ class RowBuilder:
         Parameters
         ----------
         phases : int
-            Along each side of a cell; 0 for a row for each pixel of the viewport.
+            Along each side of a cell, for each place of the layout's period; 0 for a row for
+            each pixel of the viewport.
         """
-        count = phases**2 if phases else view_px[0] * view_px[1]
+        places = layout(rig.panel.subpixels).places
+        count = places * phases**2 if phases else view_px[0] * view_px[1]
         rays = table_rays(count, max(len(ray_tables(rig, each, 1)) for each in SIDES))
         low, size = _window(rig, side, rays)
         windows = _Windows(SIDES.index(side), low, size, phases, count)

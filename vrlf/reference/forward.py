@@ -57,22 +57,26 @@ def _colour(
 ) -> Float:
     """One colour's sub-pixels of a viewport."""
     grid = rig.prefilter.subpixel_grid
-    left, top, right, bottom = layout(rig.panel.subpixels).rectangles[colour]
+    columns, rows = np.arange(half.shape[1]), np.arange(half.shape[0])[:, None]
+    boxes = layout(rig.panel.subpixels).at(columns + view.first_column, rows)[..., colour, :]
+    left, top, right, bottom = np.moveaxis(boxes, -1, 0)
     light, met = np.zeros(half.shape), np.zeros(half.shape)
     centres_mm = panel_points_mm(rig, view)
     for row, column in np.ndindex(grid, grid):
         # The sample's place in its pixel, from the centre, y up.
-        place = np.array(
+        place = np.stack(
             [
                 left + (column + 0.5) / grid * (right - left) - 0.5,
                 0.5 - top - (row + 0.5) / grid * (bottom - top),
-            ]
+            ],
+            axis=-1,
         )
         x_mm = centres_mm + place * pitch_mm(rig)
         seen_mm, meets = retinal_points(x_mm, bench_of(rig), lattice, view, optics, colour)
         light += meets * read_target(half, seen_mm, rig, view)
         met += meets
-    return np.divide(light, met, out=np.zeros_like(light), where=met > 0)
+    # What a pixel lacks stays dark.
+    return np.divide(light, met, out=np.zeros_like(light), where=(met > 0) & (right > left))
 
 
 def retinal_points(

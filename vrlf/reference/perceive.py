@@ -199,22 +199,26 @@ class Gather:
         """The pixel at each point, and whether and how strongly its colours emit there."""
         pixel = np.floor(raster)
         place = (raster - pixel)[..., None, :]
-        boxes = self._emission.rectangles
-        lit = np.all((place >= boxes[:, :2]) & (place < boxes[:, 2:]), axis=-1)
+        boxes = self._boxes(pixel.astype(int))
+        lit = np.all((place >= boxes[..., :2]) & (place < boxes[..., 2:]), axis=-1)
         return pixel.astype(int), lit * self._emission.gain
+
+    def _boxes(self, pixel: Pixels) -> Float:
+        """The emitting areas of a viewport's pixels; their place on the panel counts."""
+        return self._emission.at(pixel[..., 0] + self._view.first_column, pixel[..., 1])
 
     def _over_area(self, landing: Landing) -> list[Hit]:
         """The means over the square of side kappa about each point, pixel by pixel."""
         # A square of no size is a point; the floor keeps the quotient finite.
         side = max(self._kappa, 1e-3)
         low = self.raster(landing) - side / 2.0
-        boxes = self._emission.rectangles
         hits = []
         for step in np.ndindex(self._pixels, self._pixels):
             pixel = np.floor(low) + step
+            boxes = self._boxes(pixel.astype(int))
             start = np.clip(low - pixel, 0.0, 1.0)[..., None, :]
             end = np.clip(low + side - pixel, 0.0, 1.0)[..., None, :]
-            shared = np.minimum(end, boxes[:, 2:]) - np.maximum(start, boxes[:, :2])
+            shared = np.minimum(end, boxes[..., 2:]) - np.maximum(start, boxes[..., :2])
             area = np.prod(np.maximum(shared, 0.0), axis=-1) / side**2
             hits.append((pixel.astype(int), area * self._emission.gain))
         return hits

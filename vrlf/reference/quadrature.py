@@ -131,7 +131,7 @@ def _coordinates(eye: _Eye, y_mm: Float) -> Float:
 
 def _panel_cuts(eye: _Eye, begin: Landing, end: Landing) -> Iterator[Float]:
     """Where emitting areas end, and the areas that barriers leave."""
-    boxes = layout(eye.rig.panel.subpixels).rectangles
+    boxes = layout(eye.rig.panel.subpixels).lit
     first, last = (eye.gather.raster(each) for each in (begin, end))
     for axis in range(2):
         edges = tuple(float(edge) for edge in np.unique(boxes[:, [axis, axis + 2]] % 1.0))

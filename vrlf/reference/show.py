@@ -82,7 +82,7 @@ def _light(
     light = picture[y, x].copy() if tile.scale <= 1.0 else _mean(tile, picture, low)
     if subpixels:
         within = (middle[0] - x, middle[1] - y)
-        for colour, (left, top, right, bottom) in enumerate(layout(rig.panel.subpixels).rectangles):
+        for colour, (left, top, right, bottom) in enumerate(layout(rig.panel.subpixels).at(x, y)):
             if not (left <= within[0] < right and top <= within[1] < bottom):
                 light[colour] = 0.0
     return light

@@ -3,7 +3,8 @@
 White pixels on black go through ``forward`` and perception on a small panel of the same rig,
 so far apart that their light does not meet, at places spread over the array's cells. The chain
 is linear, so their mean is the convolution that comes nearest to it; what they differ by is
-the array's own noise. Without an array all places are alike, and one is enough.
+the array's own noise. Without an array all places are alike, and one is enough, unless
+neighbouring pixels emit differently.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from vrlf.optics.polynomial import Float
 from vrlf.optics.raster import pixels_per_cell
 from vrlf.optics.samples import ray_tables
 from vrlf.optics.sequence import points
+from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import SIDES, pitch_mm
 from vrlf.passes.forward import Forward, ForwardTables
 from vrlf.passes.perceive import Perceive
@@ -109,8 +111,8 @@ class PointSpread:
 def spots_of(rig: Rig) -> Spots:
     """Where to measure a rig's point spreads, the same in each call."""
     reach, shift = _reach_px(rig)
-    # Without an array all places are alike.
-    jitter, wanted = 0, 1
+    # Without an array all places are alike, but for those of a layout's period.
+    jitter, wanted = (0, 1) if layout(rig.panel.subpixels).places == 1 else (1, _SPOTS)
     lattice = lattice_of(rig)
     if lattice is not None:
         cell_px = float(np.linalg.norm(pixels_per_cell(rig, lattice), axis=0).max())
