@@ -12,6 +12,7 @@ eye            ``Eye``, or a ``Camera`` in its place
 toml_file      TOML files read with one line for what is wrong
 layouts        sub-pixel layouts, files of ``assets/layouts``
 hardware       ``Panel``, ``Headset``, ``Array`` and the headset lens's power
+tolerance      what a panel image is to put up with: pupils, focus, an array put off
 rig            ``Prefilter`` and the whole ``Rig``; checks between its tables
 wording        how messages quote a value
 prescription   a prescription as it is written on paper
@@ -33,6 +34,7 @@ from vrlf.model.prescription import parse_prescription, prescription_text
 from vrlf.model.reading import load_rig, rig_from_tables
 from vrlf.model.rig import Prefilter, Rig, rig_json_schema
 from vrlf.model.shelf import DEFAULT_RIG, rig_names, rig_summary
+from vrlf.model.tolerance import PupilPlace, Tolerance
 from vrlf.model.zernike import Zernike
 
 __all__ = [
@@ -44,8 +46,10 @@ __all__ = [
     "Panel",
     "Prefilter",
     "Primaries",
+    "PupilPlace",
     "Rig",
     "SubpixelLayout",
+    "Tolerance",
     "Zernike",
     "layout_names",
     "lens_power_d",

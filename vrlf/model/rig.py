@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 from vrlf.model.eye import Eye
 from vrlf.model.fields import GIVEN, above, between, refusal
 from vrlf.model.hardware import Array, Headset, Panel, lens_power_d
+from vrlf.model.tolerance import Tolerance
 from vrlf.units import MM_PER_M
 
 
@@ -62,6 +63,8 @@ class Rig(BaseModel):
         ``schema`` in the file.
     panel, headset, array, left, right, prefilter
         The tables of the file. Without an [array] table there is no array.
+    tolerance : Tolerance or None
+        What ``optimal`` is to put up with; None is nothing.
     """
 
     model_config = ConfigDict(**GIVEN, serialize_by_alias=True)
@@ -73,6 +76,23 @@ class Rig(BaseModel):
     left: Eye
     right: Eye
     prefilter: Prefilter = Prefilter()
+    tolerance: Tolerance | None = None
+
+    @field_validator("tolerance", mode="after")
+    @classmethod
+    def _not_behind_walls(
+        cls, tolerance: Tolerance | None, info: ValidationInfo
+    ) -> Tolerance | None:
+        """Behind perpendicular walls each pixel has a row, and no room for many rigs' rows."""
+        array = info.data.get("array")
+        walled = array is not None and array.kind != "none" and array.barriers == "perpendicular"
+        if tolerance is not None and walled:
+            raise refusal(
+                'barriers "converging" or "none" beside [tolerance]',
+                key="array.barriers",
+                found='"perpendicular"',
+            )
+        return tolerance
 
     @field_validator("array", mode="after")
     @classmethod

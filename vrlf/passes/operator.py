@@ -49,6 +49,7 @@ from vrlf.passes.phases import (
 )
 from vrlf.passes.pixels import turned
 from vrlf.passes.tabulate import RowBuilder, Stretch
+from vrlf.passes.tolerant import tolerant_phases, tolerant_rows
 
 TABLE_FIELDS = (
     *VIEWPORT_FIELDS,
@@ -121,6 +122,9 @@ class _Table:
 class OperatorTables:
     """P / throughput and its adjoint of one rig, on the GPU; made once and swapped whole.
 
+    With a tolerance ``forward`` is P'P and ``adjoint`` P', the mean over its cases
+    (``is_tolerant``).
+
     Parameters
     ----------
     device : Device
@@ -154,10 +158,15 @@ class OperatorTables:
         walled = lattice is not None and lattice.barriers == "perpendicular"
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.phases = (0, 0) if walled else sampling_of(rig, lattice)
+        self.is_tolerant = rig.tolerance is not None
+        if self.is_tolerant:
+            self.phases = (tolerant_phases(self.phases[0]), tolerant_phases(self.phases[1]))
         self.values: dict[str, Any] = {**viewport_values(rig), "phases": self.phases}
         forward, adjoint = _Table(), _Table()
         for side, phases in zip(SIDES, self.phases, strict=True):
-            if walled:
+            if self.is_tolerant:
+                yield from self._of_many(rig, side, builder, forward, adjoint)
+            elif walled:
                 yield from self._by_pixel(rig, side, builder, forward, adjoint)
             else:
                 per_offset = phases_per_offset(rig, lattice, phases)
@@ -203,6 +212,19 @@ class OperatorTables:
         for band in bands(layout(rig.panel.subpixels).places * phases, entries):
             adjoint.add(turning.lines(band), (band.start * phases, band.stop * phases))
             yield
+
+    def _of_many(
+        self, rig: Rig, side: Side, builder: RowBuilder, forward: _Table, adjoint: _Table
+    ) -> Generator[None, None, None]:
+        """The normal equations of all cases of a tolerance; P'P stands in P's place."""
+        phases = self.phases[SIDES.index(side)]
+        with closing(tolerant_rows(rig, side, phases, builder, self.values["view_px"])) as tracing:
+            rows = yield from tracing
+        count = layout(rig.panel.subpixels).places * phases**2
+        for table, each in ((forward, rows.gram), (adjoint, rows.adjoint)):
+            for band in bands(count, len(each.row)):
+                table.add(each.between(band), (band.start, band.stop))
+                yield
 
     def _by_pixel(
         self, rig: Rig, side: Side, builder: RowBuilder, forward: _Table, adjoint: _Table

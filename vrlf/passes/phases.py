@@ -107,6 +107,11 @@ class Rows:
         """Some of the entries."""
         return Rows(self.row[kept], self.offsets[kept], self.weights[kept])
 
+    def between(self, rows: range) -> Rows:
+        """The entries of some rows, of which there are none between."""
+        first, end = np.searchsorted(self.row, (rows.start, rows.stop))
+        return self.take(slice(int(first), int(end)))
+
 
 def joined(parts: Sequence[Rows]) -> Rows:
     """All parts' entries, one part after the other."""
