@@ -19,6 +19,7 @@ sheet       the demo's one picture of all of it
 benching    ``bench``, ``bench speed``
 judging     ``bench quality``, ``bench frames``
 running     ``bench change``, ``bench memory``
+tolerating  ``bench tolerance``
 sizes       what the benches' options turn text into
 =========== ================================================================
 """

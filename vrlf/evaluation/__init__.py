@@ -3,6 +3,7 @@
 ========== ==========================================================
 file       holds
 ========== ==========================================================
+shift      PSNR after the best shift of the whole picture
 measure    RMSE, PSNR and SSIM inside the border, after one gain
 ========== ==========================================================
 """

@@ -26,6 +26,7 @@ inverse      the forward prefilter's map, reduced to a place in a cell
 footprint    what a sub-pixel's samples cover in the forward prefilter's target
 alignment    screens for aligning array, panel and lenses: their principle and sizes
 tile         which part of a picture a rectangle of a window shows
+openings     how sharp single openings are, with all orders of the eye in
 tolerance    the cases that a tolerant panel image serves
 limits       what an array can and cannot do
 inspect      all numbers and warnings that follow from a rig

@@ -187,6 +187,11 @@ class EyeOptics:
         return even_mm if rho_per_mm2 == 0.0 else weighed_mm(even_mm, self.pupil_mm, rho_per_mm2)
 
     @property
+    def has_higher_orders(self) -> bool:
+        """Whether the wavefront is more than sphere, cylinder and prism."""
+        return any(polynomial.degree(each) > 1 for each in self.aberration[0])
+
+    @property
     def is_chromatic(self) -> bool:
         """Whether the colours take different paths through the eye."""
         return any(other is not self.aberration[0] for other in self.aberration[1:])

@@ -22,6 +22,7 @@ from vrlf.optics.eye import (
     viewer,
 )
 from vrlf.optics.lattice import lattice_of
+from vrlf.optics.openings import served_pupil
 from vrlf.optics.refraction import sphero_cylinder
 from vrlf.optics.samples import pupil_points
 from vrlf.optics.viewport import SIDES, Side, pitch_mm
@@ -48,7 +49,8 @@ def inspect_rig(rig: Rig) -> dict[str, Any]:
         ``paraxial_mean_error_d`` have the higher orders in, at the pupil's centre. Of the eye by
         itself ``pupil_mm``, ``amplitude_d``, ``clear_zone`` (null for infinity),
         ``higher_order_rms_um`` over its pupil; ``spot_rms_px``, the radius of a point's image,
-        root mean square, all orders in. Then ``array``; ``display``; ``warnings``. Null (None)
+        root mean square, all orders in; ``served_pupil``, the share of the pupil for
+        which the array is in focus. Then ``array``; ``display``; ``warnings``. Null (None)
         stands where a thing is not there.
     """
     found = array_numbers(rig)
@@ -75,7 +77,7 @@ def _own_numbers(rig: Rig, side: Side) -> dict[str, Any]:
     bench, optics, eye = bench_of(rig), eye_optics(rig, side), viewer(rig, side)
     paraxial = MM_PER_M * limits.paraxial_blur_matrix(bench, optics) / bench.panel_per_slope_mm
     rx = sphero_cylinder(paraxial)
-    zone = clear_zone_mm(eye)
+    zone, served = clear_zone_mm(eye), served_pupil(rig, optics)
     is_camera = (rig.left if side == "left" else rig.right).camera is not None
     return {
         "pupil_mm": optics.pupil_mm,
@@ -87,6 +89,7 @@ def _own_numbers(rig: Rig, side: Side) -> dict[str, Any]:
         "paraxial_mean_error_d": float(np.trace(paraxial)) / 2.0,
         "higher_order_rms_um": higher_order_rms_um(eye),
         "spot_rms_px": spot_rms_px(rig, optics),
+        "served_pupil": None if served is None else served.share,
     }
 
 

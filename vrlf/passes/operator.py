@@ -49,7 +49,7 @@ from vrlf.passes.phases import (
 )
 from vrlf.passes.pixels import turned
 from vrlf.passes.tabulate import RowBuilder, Stretch
-from vrlf.passes.tolerant import tolerant_phases, tolerant_rows
+from vrlf.passes.tolerant import spread_of_cases, tolerant_phases, tolerant_rows
 
 TABLE_FIELDS = (
     *VIEWPORT_FIELDS,
@@ -159,19 +159,12 @@ class OperatorTables:
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.phases = (0, 0) if walled else sampling_of(rig, lattice)
         self.is_tolerant = rig.tolerance is not None
-        if self.is_tolerant:
-            self.phases = (tolerant_phases(self.phases[0]), tolerant_phases(self.phases[1]))
         self.values: dict[str, Any] = {**viewport_values(rig), "phases": self.phases}
         forward, adjoint = _Table(), _Table()
-        for side, phases in zip(SIDES, self.phases, strict=True):
-            if self.is_tolerant:
-                yield from self._of_many(rig, side, builder, forward, adjoint)
-            elif walled:
-                yield from self._by_pixel(rig, side, builder, forward, adjoint)
-            else:
-                per_offset = phases_per_offset(rig, lattice, phases)
-                turning = Turning(per_offset, phases, layout(rig.panel.subpixels).period)
-                yield from self._by_phase(rig, side, turning, builder, forward, adjoint)
+        if self.is_tolerant:
+            yield from self._of_many(rig, builder, forward, adjoint)
+        else:
+            yield from self._of_one(rig, lattice, builder, forward, adjoint)
         lanes = _lanes(device, forward)
         # The width of a group that holds as many lanes for each of its pixels, too.
         self.defines = {
@@ -181,6 +174,23 @@ class OperatorTables:
             **subpixel_defines(rig),
         }
         yield from self._upload(device, rig, lattice, forward, adjoint)
+
+    def _of_one(
+        self,
+        rig: Rig,
+        lattice: Lattice | None,
+        builder: RowBuilder,
+        forward: _Table,
+        adjoint: _Table,
+    ) -> Generator[None, None, None]:
+        """The rig's own operator and its adjoint."""
+        for side, phases in zip(SIDES, self.phases, strict=True):
+            if phases == 0:
+                yield from self._by_pixel(rig, side, builder, forward, adjoint)
+            else:
+                per_offset = phases_per_offset(rig, lattice, phases)
+                turning = Turning(per_offset, phases, layout(rig.panel.subpixels).period)
+                yield from self._by_phase(rig, side, turning, builder, forward, adjoint)
 
     def _traced(
         self, rig: Rig, side: Side, builder: RowBuilder, take: Callable[[Stretch], None]
@@ -214,17 +224,21 @@ class OperatorTables:
             yield
 
     def _of_many(
-        self, rig: Rig, side: Side, builder: RowBuilder, forward: _Table, adjoint: _Table
+        self, rig: Rig, builder: RowBuilder, forward: _Table, adjoint: _Table
     ) -> Generator[None, None, None]:
         """The normal equations of all cases of a tolerance; P'P stands in P's place."""
-        phases = self.phases[SIDES.index(side)]
-        with closing(tolerant_rows(rig, side, phases, builder, self.values["view_px"])) as tracing:
-            rows = yield from tracing
-        count = layout(rig.panel.subpixels).places * phases**2
-        for table, each in ((forward, rows.gram), (adjoint, rows.adjoint)):
-            for band in bands(count, len(each.row)):
-                table.add(each.between(band), (band.start, band.stop))
-                yield
+        view_px, phases = self.values["view_px"], []
+        for side, most in zip(SIDES, self.phases, strict=True):
+            spread = yield from spread_of_cases(rig, side, builder, view_px)
+            phases.append(tolerant_phases(rig, most, spread))
+            rows = yield from tolerant_rows(rig, side, phases[-1], spread, builder, view_px)
+            count = layout(rig.panel.subpixels).places * phases[-1] ** 2
+            for table, each in ((forward, rows.gram), (adjoint, rows.adjoint)):
+                for band in bands(count, len(each.row)):
+                    table.add(each.between(band), (band.start, band.stop))
+                    yield
+        self.phases = (phases[0], phases[1])
+        self.values["phases"] = self.phases
 
     def _by_pixel(
         self, rig: Rig, side: Side, builder: RowBuilder, forward: _Table, adjoint: _Table

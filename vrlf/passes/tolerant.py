@@ -24,6 +24,8 @@ twice a step. Six steps are within 0.1 dB of converged: what many cases leave un
 from __future__ import annotations
 
 from collections.abc import Generator
+from contextlib import closing
+from math import isqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -35,18 +37,20 @@ from vrlf.optics.polynomial import Float
 from vrlf.optics.subpixels import layout
 from vrlf.optics.tolerance import Case, cases_of
 from vrlf.optics.viewport import Side
-from vrlf.passes.phases import Ints, Rows, phases_per_offset
+from vrlf.passes.phases import Ints, Rows, joined, phases_per_offset
 from vrlf.passes.tabulate import RowBuilder, lit
 
 # What is blurred over cases changes less from phase to phase than one case does.
-MOST_PHASES = 96
+MOST_PHASES = 80
 # All cases' rays of a row together, about: each case alone may be noisy.
 _RAYS, _FEWEST_RAYS = 4096, 128
-# Products of two entries in a piece of work: some 10 ms.
-_PRODUCTS = 1 << 18
-# Dense windows of more than this are not kept at once; wide ones get fewer phases.
-_WINDOW_BYTES = 1 << 28
+# Products of two entries, and places of a window, in a piece of work: some 10 ms.
+_PRODUCTS, _PIECE_PLACES = 1 << 18, 1 << 18
+# What an eye's dense window of G may take; wide ones get fewer phases.
+_WINDOW_BYTES, _PLACE_BYTES = 3 << 27, 12
 _NEGLIGIBLE = 1e-6
+# How far rows reach is tried with so few of them; others reach a little farther.
+_TRIAL_PHASES, _TRIAL_MARGIN_PX = 6, 2
 
 
 class TolerantRows(NamedTuple):
@@ -56,29 +60,58 @@ class TolerantRows(NamedTuple):
     adjoint: Rows
 
 
+class Spread(NamedTuple):
+    """How far any case's rows read from their own pixel, and how far apart; (right, down)."""
+
+    reach_px: Ints
+    apart_px: Ints
+
+
+def spread_of_cases(
+    rig: Rig, side: Side, builder: RowBuilder, view_px: tuple[int, int]
+) -> Generator[None, None, Spread]:
+    """From a few rows of each case."""
+    reach, apart = np.zeros(2, np.int64), np.zeros(2, np.int64)
+    for case in cases_of(rig):
+        rows = builder.rows(case.rig, side, _TRIAL_PHASES, view_px, rays=_FEWEST_RAYS)
+        with closing(rows) as tracing:
+            for stretch in tracing:
+                if stretch is not None and len(stretch.rows.row):
+                    offsets = stretch.rows.offsets
+                    reach = np.maximum(reach, np.abs(offsets).max(axis=0))
+                    apart = np.maximum(apart, np.ptp(offsets, axis=0))
+                yield
+    return Spread(reach + _TRIAL_MARGIN_PX, apart + _TRIAL_MARGIN_PX)
+
+
+def tolerant_phases(rig: Rig, phases: int, spread: Spread) -> int:
+    """Phases along each side of a cell for many cases' rows: fewer where windows are wide."""
+    place_bytes = _PLACE_BYTES * layout(rig.panel.subpixels).places
+    held = _WINDOW_BYTES // (place_bytes * int(np.prod(2 * spread.apart_px + 1)))
+    return max(1, min(phases, MOST_PHASES, isqrt(held)))
+
+
 def tolerant_rows(
-    rig: Rig, side: Side, phases: int, builder: RowBuilder, view_px: tuple[int, int]
+    rig: Rig,
+    side: Side,
+    phases: int,
+    spread: Spread,
+    builder: RowBuilder,
+    view_px: tuple[int, int],
 ) -> Generator[None, None, TolerantRows]:
     """The rows of one eye, a piece of work at a time."""
     cases = cases_of(rig)
     rays = max(_FEWEST_RAYS, _RAYS // len(cases))
-    gathered: _Sums | None = None
+    sums = _Sums(rig, phases, spread)
     for case in cases:
         parts = []
-        for stretch in builder.rows(case.rig, side, phases, view_px, rays=rays):
-            if stretch is not None:
-                parts.append(stretch.rows)
-            yield
-        rows = Rows(*(np.concatenate(each) for each in zip(*map(_columns, parts), strict=True)))
-        if gathered is None:
-            gathered = _Sums(rig, phases, rows)
-        yield from gathered.take(case, rows)
-    assert gathered is not None
-    return gathered.rows()
-
-
-def _columns(rows: Rows) -> tuple[Ints, Ints, NDArray[np.float32]]:
-    return rows.row, rows.offsets, rows.weights
+        with closing(builder.rows(case.rig, side, phases, view_px, rays=rays)) as tracing:
+            for stretch in tracing:
+                if stretch is not None:
+                    parts.append(stretch.rows)
+                yield
+        yield from sums.take(case, joined(parts))
+    return (yield from sums.rows())
 
 
 class _Window:
@@ -88,49 +121,52 @@ class _Window:
         self.reach = reach
         self.size = 2 * reach + 1
         self.area = int(np.prod(self.size))
-        self.sums = np.zeros((3, rows * self.area))
+        self.sums = np.zeros((rows * self.area, 3), np.float32)
 
-    def add(self, row: Ints, offsets: Ints, weights: Float) -> None:
+    def add(self, row: Ints, offsets: Ints, weights: NDArray[np.float32]) -> None:
         """Weights (n, 3) to where they belong; what lies beyond the window is left out."""
         at = offsets + self.reach
         held = np.all((at >= 0) & (at < self.size), axis=-1)
         place = row * self.area + at[:, 1] * self.size[0] + at[:, 0]
         for colour in range(3):
-            np.add.at(self.sums[colour], place[held], weights[held, colour])
+            np.add.at(self.sums[:, colour], place[held], weights[held, colour])
 
-    def rows(self) -> Rows:
-        """What is not faint, with the light of what is."""
-        dense = np.ascontiguousarray(self.sums.T, np.float32).reshape(-1, self.area, 3)
-        place, weights = lit(dense, _NEGLIGIBLE)
-        row, within = np.divmod(place, self.area)
-        offsets = np.stack([within % self.size[0], within // self.size[0]], axis=-1)
-        return Rows(row, offsets - self.reach, weights)
+    def rows(self) -> Generator[None, None, Rows]:
+        """What is not faint, with the light of what is; some rows at a time."""
+        count, found = len(self.sums) // self.area, []
+        step = max(1, _PIECE_PLACES // self.area)
+        for first in range(0, count, step):
+            last = min(first + step, count)
+            dense = self.sums[first * self.area : last * self.area].reshape(-1, self.area, 3)
+            place, weights = lit(dense, _NEGLIGIBLE)
+            row, within = np.divmod(place, self.area)
+            offsets = np.stack([within % self.size[0], within // self.size[0]], axis=-1)
+            found.append(Rows(row + first, offsets - self.reach, weights))
+            yield
+        return joined(found)
 
 
 class _Sums:
     """G and the mean adjoint of one eye, case by case."""
 
-    def __init__(self, rig: Rig, phases: int, first: Rows) -> None:
+    def __init__(self, rig: Rig, phases: int, spread: Spread) -> None:
         self._phases, self._layout = phases, layout(rig.panel.subpixels)
         self._lattice = lattice_of(rig)
         self._per_offset = phases_per_offset(rig, self._lattice, phases)
         self._origin_mm = np.zeros(2) if self._lattice is None else self._lattice.origin_mm
-        # Other cases' rows reach a little farther than the first one's.
-        reach = np.abs(first.offsets).max(axis=0) + 2
-        spread = first.offsets.max(axis=0) - first.offsets.min(axis=0) + 2
         count = self._layout.places * phases**2
-        self._adjoint, self._gram = _Window(count, reach), _Window(count, spread)
+        self._adjoint, self._gram = _Window(count, spread.reach_px), _Window(count, spread.apart_px)
 
     def take(self, case: Case, rows: Rows) -> Generator[None, None, None]:
         """One more case's operator."""
         moved = self._moved(case)
         own = self._phase_read(rows, moved)
-        self._adjoint.add(own, -rows.offsets, case.weight * rows.weights.astype(np.float64))
+        self._adjoint.add(own, -rows.offsets, np.float32(case.weight) * rows.weights)
         yield
         for first, second in _pairs(rows.row):
-            product = rows.weights[first].astype(np.float64) * rows.weights[second]
+            product = np.float32(case.weight) * rows.weights[first] * rows.weights[second]
             offsets = rows.offsets[second] - rows.offsets[first]
-            self._gram.add(own[first], offsets, case.weight * product)
+            self._gram.add(own[first], offsets, product)
             yield
 
     def _moved(self, case: Case) -> Float:
@@ -151,9 +187,11 @@ class _Sums:
         down = (place // columns + rows.offsets[:, 1]) % lines
         return np.asarray(((down * columns + right) * n + nearest[:, 1]) * n + nearest[:, 0])
 
-    def rows(self) -> TolerantRows:
+    def rows(self) -> Generator[None, None, TolerantRows]:
         """Both tables."""
-        return TolerantRows(self._gram.rows(), self._adjoint.rows())
+        gram = yield from self._gram.rows()
+        adjoint = yield from self._adjoint.rows()
+        return TolerantRows(gram, adjoint)
 
 
 def _pairs(row: Ints) -> Generator[tuple[Ints, Ints], None, None]:
@@ -173,8 +211,3 @@ def _pairs(row: Ints) -> Generator[tuple[Ints, Ints], None, None]:
         within = np.arange(int(partners.sum())) - np.repeat(begun, partners)
         yield np.repeat(entries, partners), np.repeat(own_start[first:last], partners) + within
         first = last
-
-
-def tolerant_phases(phases: int) -> int:
-    """Phases along each side of a cell for many cases' rows."""
-    return min(phases, MOST_PHASES)
