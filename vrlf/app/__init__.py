@@ -12,6 +12,7 @@ preview/    what the window is made of
 rendering   ``render``: its frames without it
 encoder     a picture on the GPU as the codes that files hold
 facts       ``inspect``, ``rigs``, ``doctor``
+profiles    ``profile``: a viewer's code as a rig
 words       the text of ``inspect``
 demo        ``demo``: the whole chain on shipped content
 sheet       the demo's one picture of all of it

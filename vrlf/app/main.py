@@ -16,6 +16,7 @@ from vrlf.app.facts import doctor, inspect, rigs
 from vrlf.app.options import say
 from vrlf.app.pictures import chart, perceive, prefilter
 from vrlf.app.previewing import preview
+from vrlf.app.profiles import profile
 from vrlf.app.rendering import render
 from vrlf.errors import VrlfError
 
@@ -57,7 +58,19 @@ def vrlf(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _command in (demo, prefilter, perceive, preview, render, inspect, doctor, rigs, chart, bench):
+for _command in (
+    demo,
+    prefilter,
+    perceive,
+    preview,
+    render,
+    inspect,
+    doctor,
+    rigs,
+    profile,
+    chart,
+    bench,
+):
     vrlf.add_command(_command)
 
 

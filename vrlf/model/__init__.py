@@ -3,24 +3,35 @@
 Everything here is frozen and checked on construction; what *follows* from it is
 computed elsewhere. No numpy, no GPU.
 
-============== ==================================================================
-file           holds
-============== ==================================================================
-fields         configuration and field types that all tables share
-eye            ``Eye`` and its ``Zernike`` wavefront
-hardware       ``Panel``, ``Headset``, ``Array`` and the headset lens's power
-rig            ``Prefilter`` and the whole ``Rig``; checks between its tables
-wording        how messages quote a value
-prescription   a prescription as it is written on paper
-complaints     a failed validation as lines of ``key: found ..., wanted ...``
-shelf          the rigs that ship with vrlf
-overrides      ``table.key=value`` and the merging of tables
-reading        rig files, ``extends``, command line changes -> ``Rig``
-============== ==================================================================
+================ ==================================================================
+file             holds
+================ ==================================================================
+fields           configuration and field types that all tables share
+eye              ``Eye`` and its ``Zernike`` wavefront
+hardware         ``Panel``, ``Headset``, ``Array`` and the headset lens's power
+rig              ``Prefilter`` and the whole ``Rig``; checks between its tables
+wording          how messages quote a value
+prescription     a prescription as it is written on paper
+complaints       a failed validation as lines of ``key: found ..., wanted ...``
+shelf            the rigs that ship with vrlf
+cardboard        Cardboard viewer profiles, and the keys of a rig that they give
+cardboard_source where a profile's bytes come from: an address, its text, a file
+protobuf         the format that they are written in
+overrides        ``table.key=value`` and the merging of tables
+reading          rig files, ``extends``, command line changes -> ``Rig``
+================ ==================================================================
 """
 
 from __future__ import annotations
 
+from vrlf.model.cardboard import (
+    FieldOfView,
+    ViewerProfile,
+    headset_table,
+    read_profile,
+    rig_text_of_profile,
+    viewer_name,
+)
 from vrlf.model.eye import Eye, Zernike
 from vrlf.model.hardware import SUBPIXEL_LAYOUTS, Array, Headset, Panel, lens_power_d
 from vrlf.model.prescription import parse_prescription
@@ -33,16 +44,22 @@ __all__ = [
     "SUBPIXEL_LAYOUTS",
     "Array",
     "Eye",
+    "FieldOfView",
     "Headset",
     "Panel",
     "Prefilter",
     "Rig",
+    "ViewerProfile",
     "Zernike",
+    "headset_table",
     "lens_power_d",
     "load_rig",
     "parse_prescription",
+    "read_profile",
     "rig_from_tables",
     "rig_json_schema",
     "rig_names",
     "rig_summary",
+    "rig_text_of_profile",
+    "viewer_name",
 ]

@@ -12,6 +12,7 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from vrlf.errors import InputError, RigError
+from vrlf.model.cardboard import with_profile
 from vrlf.model.complaints import wrong_keys
 from vrlf.model.overrides import merged, parse_override
 from vrlf.model.prescription import parse_prescription
@@ -21,6 +22,10 @@ from vrlf.model.wording import quoted, shown
 
 _LARGEST_FILE_BYTES: Final = 2**20
 _LONGEST_CHAIN: Final = 8
+
+Chain = list[tuple[Path, dict[str, Any]]]
+# Tables that are laid over others, and the folder that paths in them count from.
+Layer = tuple[Path, Mapping[str, Any]]
 
 
 def load_rig(
@@ -56,13 +61,10 @@ def load_rig(
         If the source names neither a file nor a shipped rig.
     """
     chain = _chain(_located(source, Path()))
-    tables: dict[str, Any] = {}
-    for _, layer in reversed(chain):
-        tables = merged(tables, layer)
     name = " extends ".join(_label(path) for path, _ in chain)
-    for change in _changes(name, overrides, left=left, right=right, both=both):
-        tables = merged(tables, change)
-    return rig_from_tables(tables, source=name)
+    changes = _changes(name, overrides, left=left, right=right, both=both)
+    layers = [*_layers(chain), *((Path(), change) for change in changes)]
+    return rig_from_tables(_laid(layers, name), source=name)
 
 
 def load_rig_text(text: str, path: Path) -> Rig:
@@ -73,11 +75,9 @@ def load_rig_text(text: str, path: Path) -> Rig:
     RigError
         As `load_rig`.
     """
-    chain = [*_chain(path, text.removeprefix("\ufeff"))]
-    tables: dict[str, Any] = {}
-    for _, layer in reversed(chain):
-        tables = merged(tables, layer)
-    return rig_from_tables(tables, source=" extends ".join(_label(each) for each, _ in chain))
+    chain = _chain(path, text.removeprefix("\ufeff"))
+    name = " extends ".join(_label(each) for each, _ in chain)
+    return rig_from_tables(_laid(_layers(chain), name), source=name)
 
 
 def rig_from_tables(tables: Mapping[str, Any], *, source: str = "rig") -> Rig:
@@ -94,6 +94,31 @@ def rig_from_tables(tables: Mapping[str, Any], *, source: str = "rig") -> Rig:
         raise RigError(source, wrong_keys(tables)) from None
 
 
+def _layers(chain: Chain) -> list[Layer]:
+    """The tables of a chain of files, innermost first, each with the folder it counts from."""
+    return [(path.parent, tables) for path, tables in reversed(chain)]
+
+
+def _laid(layers: Sequence[Layer], name: str) -> dict[str, Any]:
+    """Each layer's tables over those before it; a viewer profile stands for the keys it gives.
+
+    A profile says how high the lenses are above the phone's edge. How high that is above the
+    panel's middle is the panel's to say, whichever layer gives that.
+    """
+    panel: dict[str, Any] = {}
+    for _, layer in layers:
+        given = layer.get("panel")
+        panel = merged(panel, given) if isinstance(given, Mapping) else panel
+    tables: dict[str, Any] = {}
+    for folder, layer in layers:
+        try:
+            layer = with_profile(layer, panel, folder)
+        except InputError as error:
+            raise RigError(name, [f"headset.{error}"]) from None
+        tables = merged(tables, layer)
+    return tables
+
+
 def _located(source: str | Path, folder: Path) -> Path:
     """The file that a path, relative to ``folder``, or a shipped rig's name stands for."""
     if "\0" in str(source):
@@ -103,12 +128,12 @@ def _located(source: str | Path, folder: Path) -> Path:
     return folder / source
 
 
-def _chain(path: Path, text: str | None = None) -> list[tuple[Path, dict[str, Any]]]:
+def _chain(path: Path, text: str | None = None) -> Chain:
     """The file and those it extends, outermost first, each with its own tables.
 
     ``text`` stands for what the first file holds.
     """
-    chain: list[tuple[Path, dict[str, Any]]] = []
+    chain: Chain = []
     seen: set[str] = set()
     while True:
         tables = _tables(path, text)
