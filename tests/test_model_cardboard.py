@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from vrlf.errors import InputError, RigError
 from vrlf.model import FieldOfView, ViewerProfile, load_rig, read_profile
-from vrlf.model.cardboard import decoded_profile, headset_table, lens_height_mm
+from vrlf.model.cardboard import decoded_profile
+from vrlf.model.cardboard_rig import headset_table, lens_height_mm
 from vrlf.model.cardboard_source import CARDBOARD_V1
 
 # The example of Google's own Unity plugin (googlevr/cardboard-xr-plugin).

@@ -14,7 +14,8 @@ wording          how messages quote a value
 prescription     a prescription as it is written on paper
 complaints       a failed validation as lines of ``key: found ..., wanted ...``
 shelf            the rigs that ship with vrlf
-cardboard        Cardboard viewer profiles, and the keys of a rig that they give
+cardboard        Cardboard viewer profiles
+cardboard_rig    the keys of a rig that they give
 cardboard_source where a profile's bytes come from: an address, its text, a file
 protobuf         the format that they are written in
 overrides        ``table.key=value`` and the merging of tables
@@ -24,14 +25,8 @@ reading          rig files, ``extends``, command line changes -> ``Rig``
 
 from __future__ import annotations
 
-from vrlf.model.cardboard import (
-    FieldOfView,
-    ViewerProfile,
-    headset_table,
-    read_profile,
-    rig_text_of_profile,
-    viewer_name,
-)
+from vrlf.model.cardboard import FieldOfView, ViewerProfile, read_profile
+from vrlf.model.cardboard_rig import headset_table, rig_text_of_profile, viewer_name
 from vrlf.model.eye import Eye, Zernike
 from vrlf.model.hardware import SUBPIXEL_LAYOUTS, Array, Headset, Panel, lens_power_d
 from vrlf.model.prescription import parse_prescription

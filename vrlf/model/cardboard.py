@@ -13,19 +13,15 @@ the panel stands at the lens's focus.
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Any, Final, Literal
 
-import tomlkit
-
 from vrlf.errors import InputError
 from vrlf.model.cardboard_source import profile_bytes
 from vrlf.model.protobuf import Wire, WireError, WireField, fields_of
-from vrlf.model.wording import quoted, shown
-from vrlf.units import MM_PER_M, UM_PER_MM
+from vrlf.units import MM_PER_M
 
 Alignment = Literal["bottom", "center", "top"]
 Button = Literal["none", "magnet", "touch", "indirect-touch"]
@@ -57,7 +53,6 @@ _LENGTHS_MM: Final = {
 _ANGLE_DEG: Final = (0.0, 90.0)
 _COEFFICIENT: Final = (-100.0, 100.0)
 _MOST_COEFFICIENTS: Final = 2
-_UNTHINKABLE: Final = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -138,92 +133,6 @@ def decoded_profile(message: bytes) -> ViewerProfile:
     )
 
 
-def lens_height_mm(profile: ViewerProfile, panel_height_mm: float, bezel_mm: float = 0.0) -> float:
-    """Height of the lenses' axes above the panel's middle.
-
-    Parameters
-    ----------
-    bezel_mm : float
-        From the edge that the phone rests on to where its panel begins.
-    """
-    if profile.tray_to_lens_mm is None:
-        return 0.0
-    above_edge_mm = profile.tray_to_lens_mm - bezel_mm - panel_height_mm / 2.0
-    # Rounded: the lengths are floats of single precision.
-    return round(above_edge_mm if profile.vertical_alignment == "bottom" else -above_edge_mm, 6)
-
-
-def headset_table(
-    profile: ViewerProfile, panel_height_mm: float, bezel_mm: float = 0.0
-) -> dict[str, Any]:
-    """The keys of a rig's [headset] table that a profile gives."""
-    return {
-        "lens_to_panel_mm": profile.screen_to_lens_mm,
-        "lens_separation_mm": profile.inter_lens_mm,
-        "lens_height_mm": lens_height_mm(profile, panel_height_mm, bezel_mm),
-        "distortion": list(profile.distortion),
-    }
-
-
-def with_profile(
-    tables: Mapping[str, Any], panel: Mapping[str, Any], folder: Path
-) -> Mapping[str, Any]:
-    """A rig's tables with the keys that ``headset.profile`` stands for in its place.
-
-    Keys that the same tables give themselves win.
-
-    Parameters
-    ----------
-    tables : mapping
-        As TOML yields them, of one file.
-    panel : mapping
-        The whole rig's [panel].
-    folder : Path
-        Where that file lies.
-
-    Raises
-    ------
-    InputError
-    """
-    headset = tables.get("headset")
-    if not isinstance(headset, Mapping) or "profile" not in headset:
-        return tables
-    source = headset["profile"]
-    if not isinstance(source, str):
-        raise _refused(shown(source), "an address or a path in quotes")
-    given = headset_table(read_profile(source, folder), _panel_height_mm(panel))
-    own = {key: value for key, value in headset.items() if key != "profile"}
-    return {**tables, "headset": {**given, **own}}
-
-
-def _panel_height_mm(panel: Mapping[str, Any]) -> float:
-    """0 for a panel that is none: the rig's own check complains of it."""
-    rows, pitch_um = panel.get("height_px"), panel.get("pixel_pitch_um")
-    if not isinstance(rows, int) or not isinstance(pitch_um, int | float):
-        return 0.0
-    # Limits far beyond the rig's own: what is no number of millimetres must not get that far.
-    is_sane = 0 < rows < _UNTHINKABLE and 0.0 < pitch_um < _UNTHINKABLE
-    return rows * pitch_um / UM_PER_MM if is_sane else 0.0
-
-
-def viewer_name(profile: ViewerProfile) -> str:
-    """Vendor and model in quotes, as it can be printed; nothing in it acts on a screen."""
-    name = " ".join(f"{profile.vendor} {profile.model}".split())
-    return quoted(name) if name else "a nameless viewer"
-
-
-def rig_text_of_profile(profile: ViewerProfile, headset: dict[str, Any], extends: str) -> str:
-    """A rig file that changes another's headset to the profile's."""
-    document = tomlkit.document()
-    document.add(tomlkit.comment(f"The headset of {viewer_name(profile)}, from its profile."))
-    document.add("extends", tomlkit.item(extends))
-    table = tomlkit.table()
-    for key, value in headset.items():
-        table.add(key, value)
-    document.add("headset", table)
-    return tomlkit.dumps(document)
-
-
 def _values(message: bytes) -> dict[str, Any]:
     """The known fields by name, of those given twice the last, as the format has it."""
     found: dict[str, Any] = {}
@@ -235,7 +144,7 @@ def _values(message: bytes) -> dict[str, Any]:
             elif name:
                 found[name] = _value(each, name, wire)
     except WireError as error:
-        raise _refused(str(error)) from None
+        raise refused(str(error)) from None
     return found
 
 
@@ -274,17 +183,17 @@ def _shortest(number: float) -> float:
 def _length_mm(found: dict[str, Any], name: str) -> float:
     low, high = _LENGTHS_MM[name]
     if name not in found:
-        raise _refused(f"no {name}")
+        raise refused(f"no {name}")
     length_mm: float = round(found[name] * MM_PER_M, 6)
     if not low <= length_mm <= high:
-        raise _refused(f"{name} of {length_mm:g} mm", f"{low:g} to {high:g} mm")
+        raise refused(f"{name} of {length_mm:g} mm", f"{low:g} to {high:g} mm")
     return length_mm
 
 
 def _named(found: dict[str, Any], name: str, names: tuple[Any, ...], default: int) -> Any:
     number = found.get(name, default)
     if number >= len(names):
-        raise _refused(f"{name} {number}", f"0 to {len(names) - 1}")
+        raise refused(f"{name} {number}", f"0 to {len(names) - 1}")
     return names[number]
 
 
@@ -293,10 +202,10 @@ def _field_of_view(angles_deg: list[float]) -> FieldOfView | None:
         return None
     low, high = _ANGLE_DEG
     if len(angles_deg) != 4:
-        raise _refused(f"{len(angles_deg)} angles of the field of view", "four")
+        raise refused(f"{len(angles_deg)} angles of the field of view", "four")
     wrong = [angle for angle in angles_deg if not low <= angle < high]
     if wrong:
-        raise _refused(
+        raise refused(
             f"a field of view of {wrong[0]:g} degrees", f"{low:g} to less than {high:g} degrees"
         )
     return FieldOfView(*angles_deg)
@@ -305,13 +214,13 @@ def _field_of_view(angles_deg: list[float]) -> FieldOfView | None:
 def _distortion(coefficients: list[float]) -> tuple[float, float]:
     low, high = _COEFFICIENT
     if any(coefficients[_MOST_COEFFICIENTS:]):
-        raise _refused(f"{len(coefficients)} distortion coefficients", "at most two, k1 and k2")
+        raise refused(f"{len(coefficients)} distortion coefficients", "at most two, k1 and k2")
     for number in coefficients:
         if not low <= number <= high:
-            raise _refused(f"a distortion coefficient of {number:g}", f"{low:g} to {high:g}")
+            raise refused(f"a distortion coefficient of {number:g}", f"{low:g} to {high:g}")
     k1, k2 = (*coefficients, 0.0, 0.0)[:_MOST_COEFFICIENTS]
     return k1, k2
 
 
-def _refused(found: str, wanted: str = "a Cardboard viewer profile") -> InputError:
+def refused(found: str, wanted: str = "a Cardboard viewer profile") -> InputError:
     return InputError(f"profile: found {found}, wanted {wanted}")

@@ -12,7 +12,7 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from vrlf.errors import InputError, RigError
-from vrlf.model.cardboard import with_profile
+from vrlf.model.cardboard_rig import with_profile
 from vrlf.model.complaints import wrong_keys
 from vrlf.model.overrides import merged, parse_override
 from vrlf.model.prescription import parse_prescription

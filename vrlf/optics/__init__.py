@@ -9,6 +9,7 @@ wavefront    Zernike terms as polynomials
 refraction   prescriptions, power vectors, matrices, transverse aberration
 eye          an eye's wavefront, accommodated, for each colour of the panel
 bench        distances and powers of the headset
+distortion   the headset lens's radial distortion, and the way back
 viewport     which columns an eye sees, where its axis meets the panel
 subpixels    where in a pixel each colour emits
 lattice      the array's cells, openings and barriers
