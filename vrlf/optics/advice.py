@@ -162,7 +162,7 @@ def _field_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOptics) -
     reach_mm = float(abs(panel_points_mm(rig, viewport(rig, side))).max())
     if half_mm >= reach_mm:
         return []
-    field_deg = degrees(2.0 * atan(half_mm / bench.panel_per_slope_mm))
+    field_deg = limits.barrier_field_deg(bench, lattice, optics)
     return [
         f"perpendicular barriers leave a field of {field_deg:.0f} degrees and black beyond; "
         "converging ones would not"

@@ -13,8 +13,10 @@ from vrlf.optics import limits
 from vrlf.optics.advice import advice
 from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.eye import EyeOptics, eye_optics
+from vrlf.optics.gaze import gaze_limit_deg
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.refraction import sphero_cylinder
+from vrlf.optics.relief import compared_relief_mm, relief_cost
 from vrlf.optics.viewport import SIDES, Side, pitch_mm
 from vrlf.units import MM_PER_M
 
@@ -32,7 +34,8 @@ def inspect_rig(rig: Rig) -> dict[str, Any]:
         ``left``, ``right``: ``sphere_d``, ``cylinder_d``, ``axis_deg`` (residual error at the
         pupil, panel vergence and accommodation in it), ``mean_error_d``,
         ``focus_distance_mm``, ``blur_mm``, ``blur_px``, ``accommodation_d``, and with an
-        array ``corrected_blur_px``, ``best_focal_mm``; ``array``; ``display``; ``warnings``.
+        array ``corrected_blur_px``, ``best_focal_mm``, ``gaze_limit_deg`` and
+        ``barrier_field_deg``; ``array``; ``display``; ``headset``; ``warnings``.
         Null (None) stands where a thing is not there.
     """
     found = array_numbers(rig)
@@ -40,6 +43,7 @@ def inspect_rig(rig: Rig) -> dict[str, Any]:
         **{side: eye_numbers(rig, side) for side in SIDES},
         "array": {"kind": rig.array.kind, **found},
         "display": display_numbers(rig),
+        "headset": headset_numbers(rig),
         "warnings": advice(rig),
     }
 
@@ -66,12 +70,17 @@ def eye_numbers(rig: Rig, side: Side) -> dict[str, float | None]:
         "accommodation_d": optics.accommodation_d,
         "corrected_blur_px": None,
         "best_focal_mm": None,
+        "gaze_limit_deg": None,
+        "barrier_field_deg": None,
     }
     if lattice is not None:
         spread_px = limits.opening_blur_mm(bench, lattice, optics) / pitch_mm(rig)
         numbers["corrected_blur_px"] = spread_px + limits.seen_pixel_px(bench, optics)
         focus_mm = limits.signed_focus_mm(bench, optics)
         numbers["best_focal_mm"] = limits.best_focal_mm(bench, focus_mm)
+        numbers["gaze_limit_deg"] = gaze_limit_deg(bench, lattice, optics)
+        if lattice.barriers == "perpendicular":
+            numbers["barrier_field_deg"] = limits.barrier_field_deg(bench, lattice, optics)
     return numbers
 
 
@@ -84,11 +93,22 @@ def array_numbers(rig: Rig) -> dict[str, float | None]:
 
 
 def display_numbers(rig: Rig) -> dict[str, float | None]:
-    """Pixels per degree on the axis, and where the lens alone shows the panel."""
+    """Pixels per degree, where the lens alone shows the panel, the axes' height on it."""
     bench = bench_of(rig)
     vergence_per_mm = 1.0 / bench.lens_to_panel_mm - bench.lens_power_per_mm
     flat = abs(vergence_per_mm) < _FLAT_PER_MM
     return {
         "pixels_per_degree": bench.panel_per_slope_mm * pi / 180.0 / pitch_mm(rig),
         "virtual_image_mm": None if flat else 1.0 / vergence_per_mm,
+        "axis_height_px": rig.headset.lens_height_mm / pitch_mm(rig),
+    }
+
+
+def headset_numbers(rig: Rig) -> dict[str, Any]:
+    """What the single-lens approximation costs each eye, at which relief (see ``relief``)."""
+    costs = {side: relief_cost(rig, side) for side in SIDES}
+    return {
+        "approximated": rig.headset.eye_relief_mm == 0.0,
+        "relief_mm": compared_relief_mm(rig),
+        **{side: None if cost is None else asdict(cost) for side, cost in costs.items()},
     }
