@@ -118,9 +118,7 @@ def point_on_gpu(rig: Rig, rays: int, point: int) -> dict[str, int]:
     tables = [ray_tables(rig, side, rays) for side in SIDES]
     colours = max(len(each) for each in tables)
     flat = [table for each in tables for table in each * (colours // len(each))]
-    crossings = [
-        t.array_cells + bench.array_from_panel * t.within_pixel @ t.cells_per_px.T for t in flat
-    ]
+    crossings = [t.array_cells + t.within_cells for t in flat]
     grid = bins.grid_over(crossings, lattice.half_aperture)
     orders = [bins.sort_into(grid, each)[0] for each in crossings]
     return {side: int(orders[i * colours][point]) for i, side in enumerate(SIDES)}

@@ -8,6 +8,7 @@ file             holds
 ================ ==================================================================
 fields           configuration and field types that all tables share
 eye              ``Eye`` and its ``Zernike`` wavefront
+glasses          the catalogue of lens materials
 hardware         ``Panel``, ``Headset``, ``Array`` and the headset lens's power
 rig              ``Prefilter`` and the whole ``Rig``; checks between its tables
 wording          how messages quote a value

@@ -11,7 +11,7 @@ import numpy as np
 
 from vrlf.model import Eye, Rig
 from vrlf.optics import frames, polynomial, refraction
-from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.bench import Bench, bench_of, colour_benches
 from vrlf.optics.polynomial import Float
 from vrlf.optics.viewport import Side
 from vrlf.optics.wavefront import zernike_wavefront_um
@@ -101,6 +101,8 @@ class EyeOptics:
     aberration : tuple of three (Tx, Ty)
         The transverse aberration T(u - o), polynomials in mm of the pupil, for each of the
         panel's colours; prism included.
+    benches : tuple of three Bench
+        The headset before the eye, for each of the panel's colours.
     """
 
     pupil_mm: float
@@ -108,11 +110,14 @@ class EyeOptics:
     accommodation_d: float
     matrix_d: Float
     aberration: tuple[tuple[Float, Float], ...]
+    benches: tuple[Bench, Bench, Bench]
 
     @property
     def is_chromatic(self) -> bool:
-        """Whether the colours take different paths through the eye."""
-        return any(other is not self.aberration[0] for other in self.aberration[1:])
+        """Whether the colours take different paths through the eye or the headset's lens."""
+        return any(other is not self.aberration[0] for other in self.aberration[1:]) or any(
+            other != self.benches[0] for other in self.benches[1:]
+        )
 
 
 def eye_optics(rig: Rig, side: Side) -> EyeOptics:
@@ -141,6 +146,7 @@ def eye_optics(rig: Rig, side: Side) -> EyeOptics:
         accommodation_d=added_d,
         matrix_d=refraction_matrix_d(eye) - added_d * identity,
         aberration=colours,
+        benches=colour_benches(rig),
     )
 
 

@@ -9,10 +9,10 @@ it was not meant to be seen. So of the light that enters a pupil the right share
 and that square have in common.
 
 *Fails* means here: no more than half of the right light that entered the pupil that looked straight
-ahead still enters it, the rest being other lenslets' light. For a pupil of up to four
-fifths of the eyebox that is where its centre reaches the eyebox's edge, E / 2 away: half the light
-is wrong then. For one much wider than the eyebox, which sees all of it for long, a / 2. Sphere and cylinder do
-not blur by themselves meanwhile: all right rays of a moved pupil are displaced alike.
+ahead still enters it, the rest being other lenslets'. For a pupil of up to four fifths of the
+eyebox that is where its centre reaches the eyebox's edge, E / 2 away: half the light is wrong then.
+For one much wider than the eyebox, which sees all of it for long, it is a / 2. Sphere and cylinder
+do not blur by themselves meanwhile: all right rays of a moved pupil are displaced alike.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ from vrlf.gpu.compute import GROUP_PX
 from vrlf.model import Rig
 from vrlf.model.eye import ZERNIKE_ORDER_LIMIT
 from vrlf.optics import polynomial
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import bench_of, colour_benches
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.footprint import Footprints, footprints, pays, sample_grid
 from vrlf.optics.inverse import InverseMap, crossing_shift_mm, inverse_map
@@ -82,8 +82,10 @@ class ForwardTables:
         maps, ray_sets = inverse_maps(rig, lattice)
         moves, grid = moves_px(maps), rig.prefilter.subpixel_grid
         samples = [sample_grid(r, grid) for r in layout(rig.panel.subpixels).rectangles]
-        crossed_per_px = bench.array_from_panel * cells_per_pixel(rig, lattice)
-        self.footprints = footprints(maps, crossed_per_px, samples[:ray_sets] * len(SIDES), grid)
+        per_px = cells_per_pixel(rig, lattice)
+        crossed = [each.array_from_panel * per_px for each in colour_benches(rig)[:ray_sets]]
+        sides = len(SIDES)
+        self.footprints = footprints(maps, crossed * sides, samples[:ray_sets] * sides, grid)
         self.defines: dict[str, int | float | str] = {
             "DEGREE": moves.shape[1] - 1,
             "RAY_SETS": ray_sets,
@@ -125,11 +127,12 @@ class ForwardTables:
 
 def inverse_maps(rig: Rig, lattice: Lattice) -> tuple[list[InverseMap], int]:
     """The maps of both eyes, colour by colour, and how many each has: 1 shared by all, or 3."""
-    bench = bench_of(rig)
     eyes = [eye_optics(rig, side) for side in SIDES]
     shared = rig.panel.subpixels == "full" and not any(eye.is_chromatic for eye in eyes)
     ray_sets = 1 if shared else 3
-    maps = [inverse_map(rig, bench, lattice, eye, c) for eye in eyes for c in range(ray_sets)]
+    maps = [
+        inverse_map(rig, eye.benches[c], lattice, eye, c) for eye in eyes for c in range(ray_sets)
+    ]
     return maps, ray_sets
 
 

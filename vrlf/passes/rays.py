@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from vrlf.gpu import Buffer, Device, Field
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.holes import HoleTable, hole_points, hole_table
 from vrlf.optics.lattice import Lattice, lattice_of
@@ -210,7 +209,7 @@ def _point_sets(
 ) -> _Sets:
     eyes = [ray_tables(rig, side, rays) for side in SIDES]
     flat = [table for each in eyes for table in each * (colours // len(each))]
-    tables = [_point_rows(rig, table, half) for table in flat]
+    tables = [_point_rows(table, half) for table in flat]
     if lattice is None:
         return _Sets(tables, values, 1, 1.0)
     lanes = _SOFTWARE_LANES if device.info.is_software else 1
@@ -218,10 +217,9 @@ def _point_sets(
     return _Sets(tables, values, turns, lattice.throughput)
 
 
-def _point_rows(rig: Rig, table: RayTable, half: Half) -> _Rows:
-    within = half_of(table.within_pixel, half)
+def _point_rows(table: RayTable, half: Half) -> _Rows:
     phi, psi = half_of(table.array_cells, half), half_of(table.landing_px, half)
-    moved = bench_of(rig).array_from_panel * within @ table.cells_per_px.T
+    within, moved = half_of(table.within_pixel, half), half_of(table.within_cells, half)
     return _Rows(np.concatenate([phi, psi], axis=1), within, phi + moved)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from vrlf.model import Rig
 from vrlf.optics import lattice as cells
-from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.bench import Bench
 from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
@@ -69,7 +69,7 @@ def _colour(
             ]
         )
         x_mm = centres_mm + place * pitch_mm(rig)
-        seen_mm, meets = retinal_points(x_mm, bench_of(rig), lattice, view, optics, colour)
+        seen_mm, meets = retinal_points(x_mm, optics.benches[colour], lattice, view, optics, colour)
         light += meets * read_target(half, seen_mm, rig, view)
         met += meets
     return np.divide(light, met, out=np.zeros_like(light), where=met > 0)
@@ -106,7 +106,7 @@ def retinal_points(
     alpha = beta + bench.lens_power_per_mm * h
     u = h - bench.relief_mm * alpha
     from_centre = u - offset
-    seen = bench.panel_per_slope_mm * (
+    seen = bench.retina_per_slope_mm * (
         alpha - aberration_at(optics.aberration[colour], from_centre)
     )
     meets = np.sum(from_centre**2, axis=-1) <= (optics.pupil_mm / 2.0) ** 2
