@@ -7,7 +7,7 @@
 //         cell, of the pupil or of the viewport, get nonsense: forward.comp does them again.
 // Twin:   vrlf/reference/forward.py. Derivation: vrlf/optics/footprint.py.
 //
-// Defines: RAY_SETS, GRID and WALLS as in forward.comp; DEGREE is 1; WINDOW_X and WINDOW_Y, the
+// Defines: RAY_SETS, GRID, WALLS and LATERAL as in forward.comp; DEGREE is 1; WINDOW_X and WINDOW_Y, the
 //          texels that hold every footprint, even numbers; ALIGNED 1 where sample rows and
 //          columns stay such in the target.
 // A layer of groups is an eye.
@@ -57,7 +57,8 @@ void add_sample(inout Footprint to, vec2 at) {
 }
 #endif
 
-Footprint footprint_of(Pixel from, int colour) {
+Footprint footprint_of(Pixel pixel, int colour) {
+    Pixel from = in_colour(pixel, colour);
     int set = ray_set(from.eye, colour);
     vec4 steps = target_steps[set];  // in the target, along a row (xy) and down a column (zw)
     Ray middle = ray_at(from, sample_place(colour, vec2(MIDDLE)), set);

@@ -41,6 +41,10 @@ RIGS: dict[str, Rig] = {
         "own-lens-bare",
         "bgr-walls",
         "rgb-walls-turned",
+        "glass-bare",
+        "glass-lenslets-walls",
+        "glass-lenslets-full",
+        "glass-without-relief",
     )
 } | {
     # Each pixel sees some 180 others through several lenslets: read by the nearest phase.

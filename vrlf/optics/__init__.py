@@ -26,6 +26,7 @@ footprint    what a sub-pixel's samples cover in the forward prefilter's target
 alignment    screens for aligning array, panel and lenses: their principle and sizes
 tile         which part of a picture a rectangle of a window shows
 limits       what an array can and cannot do
+lateral      how far the headset's lens takes the colours apart
 gaze         how far the eye may turn before the correction fails
 relief       what taking the eye to be at the lens costs
 inspect      all numbers and warnings that follow from a rig

@@ -35,18 +35,21 @@ from vrlf.gpu.compute import GROUP_PX
 from vrlf.model import Rig
 from vrlf.model.eye import ZERNIKE_ORDER_LIMIT
 from vrlf.optics import polynomial
-from vrlf.optics.bench import bench_of, colour_benches
+from vrlf.optics.bench import Bench, bench_of, colour_benches, is_lateral
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.footprint import Footprints, footprints, pays, sample_grid
 from vrlf.optics.inverse import InverseMap, crossing_shift_mm, inverse_map
 from vrlf.optics.lattice import Lattice, lattice_of
+from vrlf.optics.polynomial import Float
 from vrlf.optics.raster import cells_per_pixel
 from vrlf.optics.subpixels import layout
-from vrlf.optics.viewport import SIDES, viewport
+from vrlf.optics.viewport import SIDES, Side, viewport
 from vrlf.passes.fields import (
+    LATERAL_FIELDS,
     LATTICE_FIELDS,
     VIEWPORT_FIELDS,
-    lattice_rasters,
+    crossing_rasters,
+    lateral_values,
     lattice_values,
     viewport_values,
 )
@@ -60,7 +63,8 @@ FORWARD = Block(
     (
         *VIEWPORT_FIELDS,
         *LATTICE_FIELDS,
-        Field("vec4", "pupil_radii_per_cell", "2x2 of each eye: pupil radii per cell", 2),
+        *LATERAL_FIELDS,
+        Field("vec4", "pupil_radii_per_cell", "2x2 of each map: pupil radii per cell", _MAPS),
         Field("vec4", "samples", "of each colour: its first sample's place, the step", 3),
         Field("vec4", "target_steps", "of each map: that step in the target, across, down", _MAPS),
         Field("vec4", "moves", "xy: coefficients of each map's X - x", _MAPS * _COEFFICIENTS),
@@ -76,7 +80,7 @@ class ForwardTables:
     """
 
     def __init__(self, device: Device, rig: Rig) -> None:
-        lattice, bench = lattice_of(rig), bench_of(rig)
+        lattice = lattice_of(rig)
         if lattice is None:
             raise ValueError("forward: a bare panel needs no tables, its image is the target")
         maps, ray_sets = inverse_maps(rig, lattice)
@@ -92,21 +96,23 @@ class ForwardTables:
             "GRID": grid,
             # Converging walls cut none of these rays: see the float64 twin.
             "WALLS": int(lattice.barriers == "perpendicular"),
+            "LATERAL": int(is_lateral(rig)),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         # The middle column of an odd width is done with the left eye's.
         self.columns_an_eye = viewport(rig, "right").first_column
-        shift = {side: crossing_shift_mm(bench, eye_optics(rig, side)) for side in SIDES}
-        self.crossings, self.owners = lattice_rasters(device, rig, lattice, shift)
+        benches = colour_benches(rig) if is_lateral(rig) else (bench_of(rig),)
+        crossings = [(bench.array_from_panel, _crossing_shifts(rig, bench)) for bench in benches]
+        self.crossings, self.owners = crossing_rasters(device, rig, lattice, crossings)
         # Footprints do all pixels but these; None until they were looked for, or without any.
         self.cut: CutList | None = None
         self.values: dict[str, Any] = {
             **viewport_values(rig),
             **lattice_values(rig, lattice),
-            "pupil_radii_per_cell": [
-                maps[0].pupil_radii_per_cell.ravel(),
-                maps[-1].pupil_radii_per_cell.ravel(),
-            ],
+            **lateral_values(rig, [each.retina_from_panel for each in maps[:3]]),
+            "pupil_radii_per_cell": _padded(
+                [each.pupil_radii_per_cell.ravel() for each in maps], _MAPS
+            ),
             "samples": samples,
             "target_steps": _padded(self.footprints.steps_px if self.footprints else (), _MAPS),
             "moves": _padded(moves.reshape(-1, 2), _MAPS * _COEFFICIENTS),
@@ -123,6 +129,10 @@ class ForwardTables:
         self.owners.release()
         if self.cut is not None:
             self.cut.release()
+
+
+def _crossing_shifts(rig: Rig, bench: Bench) -> dict[Side, Float]:
+    return {side: crossing_shift_mm(bench, eye_optics(rig, side)) for side in SIDES}
 
 
 def inverse_maps(rig: Rig, lattice: Lattice) -> tuple[list[InverseMap], int]:
