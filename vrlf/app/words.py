@@ -38,7 +38,13 @@ def _display(rig: Rig, numbers: Numbers) -> str:
     if height != 0.0:
         way = "above" if height > 0.0 else "below"
         lines.append(f"  axes            {abs(height):.1f} pixels {way} the panel's middle")
-    return "\n".join([*lines, *_approximation(numbers["headset"])])
+    headset = numbers["headset"]
+    if rig.headset.glass is not None:
+        lines.append(
+            f"  colours         {rig.headset.glass} takes them {headset['longitudinal_d']:.2f} D and "
+            f"in the farthest corner {headset['lateral_px']:.1f} pixels apart"
+        )
+    return "\n".join([*lines, *_approximation(headset)])
 
 
 def _approximation(headset: Numbers) -> list[str]:

@@ -14,6 +14,7 @@ from vrlf.optics.advice import advice
 from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.eye import EyeOptics, eye_optics
 from vrlf.optics.gaze import gaze_limit_deg
+from vrlf.optics.lateral import lateral_px, longitudinal_d
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.refraction import sphero_cylinder
 from vrlf.optics.relief import compared_relief_mm, relief_cost
@@ -105,10 +106,12 @@ def display_numbers(rig: Rig) -> dict[str, float | None]:
 
 
 def headset_numbers(rig: Rig) -> dict[str, Any]:
-    """What the single-lens approximation costs each eye, at which relief (see ``relief``)."""
+    """How far the lens takes the colours apart, and what the single-lens approximation costs."""
     costs = {side: relief_cost(rig, side) for side in SIDES}
     return {
         "approximated": rig.headset.eye_relief_mm == 0.0,
         "relief_mm": compared_relief_mm(rig),
+        "longitudinal_d": longitudinal_d(rig),
+        "lateral_px": max(lateral_px(rig, side) for side in SIDES),
         **{side: None if cost is None else asdict(cost) for side, cost in costs.items()},
     }

@@ -4,8 +4,9 @@ On a bare panel a pixel x is seen through the middle of the pupil, o, at the slo
 
     alpha = (x - o (1 - d F)) / m
 
-in each colour's own F and m. The pixel of 589 nm that is seen there is X = m_0 alpha + o (1 - d F_0):
-what the target has at X is what x should show. Prism moves all colours alike.
+in each colour's own F and m. The pixel of 589 nm that is seen there is
+X = m_0 alpha + o (1 - d F_0): what the target has at X is what x should show. Prism moves all
+colours alike.
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ tabulate   ``RowBuilder``: the operator's rows, traced a piece at a time
 phases     rows of the operator by phase: how fine, turned about, packed
 pixels     rows of single pixels, behind perpendicular walls
 encode     ``Encode``: linear light to 8-bit sRGB
+register   what ``Forward`` does to a bare panel: colours brought together
 alignment  ``Alignment``: screens that show how array, panel and lenses stand
 show       ``Show``: pictures as a window shows them
 ========== =====================================================================
@@ -27,7 +28,7 @@ one prescription. Tables are made once for a rig and swapped whole.
 from __future__ import annotations
 
 from vrlf.passes.encode import Encode
-from vrlf.passes.forward import Forward, ForwardTables
+from vrlf.passes.forward import Forward, ForwardTables, forward_tables
 from vrlf.passes.perceive import Perceive
 from vrlf.passes.prepare import EyePicture, Prepare
 from vrlf.passes.rays import PerceiveTables
@@ -43,4 +44,5 @@ __all__ = [
     "Prepare",
     "Sharpen",
     "SharpenTables",
+    "forward_tables",
 ]

@@ -53,6 +53,7 @@ from vrlf.passes.fields import (
     lattice_values,
     viewport_values,
 )
+from vrlf.passes.register import REGISTER, RegisterTables
 
 _MAPS = 6  # two eyes by three colours, at most
 # Of a polynomial of two variables: a slope of a wavefront of the highest order.
@@ -131,6 +132,11 @@ class ForwardTables:
             self.cut.release()
 
 
+def forward_tables(device: Device, rig: Rig) -> ForwardTables | RegisterTables:
+    """The tables of a rig for which ``forward_changes`` anything."""
+    return RegisterTables(rig) if rig.array.kind == "none" else ForwardTables(device, rig)
+
+
 def _crossing_shifts(rig: Rig, bench: Bench) -> dict[Side, Float]:
     return {side: crossing_shift_mm(bench, eye_optics(rig, side)) for side in SIDES}
 
@@ -199,23 +205,33 @@ class Forward:
         self._samples = ComputeVariants(device, "forward.comp", FORWARD)
         self._footprints = ComputeVariants(device, "forward_footprints.comp", FORWARD)
         self._cut = ComputeVariants(device, "forward_cut.comp", FORWARD)
+        self._register = ComputeVariants(device, "register.comp", REGISTER)
 
-    def run(self, tables: ForwardTables, target: Texture, shown: Texture) -> None:
+    def run(self, tables: ForwardTables | RegisterTables, target: Texture, shown: Texture) -> None:
         """Write the panel image for ``target`` into ``shown`` (rgba32f, the panel's size)."""
         self.complete(tables)
         target.bind_sampler(0)
         shown.bind_image(0, read=False, write=True)
+        if isinstance(tables, RegisterTables):
+            program = self._register.get({})
+            program.set(tables.values)
+            program.run(*tables.size_px)
+            self._device.check("bringing the colours together")
+            return
         tables.bind()
         _run_raster(self._of_all(tables), tables)
         if tables.cut is not None and any(tables.cut.counts):
             self._redo(tables, tables.cut)
         self._device.check("prefiltering")
 
-    def complete(self, tables: ForwardTables) -> None:
+    def complete(self, tables: ForwardTables | RegisterTables) -> None:
         """Compile what these tables need and list what is cut; does nothing the second time.
 
         ``run`` sees to it. Called when tables are made, it keeps that work out of a frame.
         """
+        if isinstance(tables, RegisterTables):
+            self._register.get({})
+            return
         if tables.footprints is not None and tables.cut is None:
             self._list_cut(tables, tables.footprints)
         self._of_all(tables)
@@ -258,7 +274,7 @@ class Forward:
 
     def release(self) -> None:
         """Give the programs back."""
-        for programs in (self._samples, self._footprints, self._cut):
+        for programs in (self._samples, self._footprints, self._cut, self._register):
             programs.release()
 
 
