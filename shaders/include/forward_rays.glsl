@@ -93,14 +93,16 @@ Ray ray_at(Pixel from, vec2 place, int set) {
 #if LATERAL
     float crossing = magnified[from.colour].z;
     vec2 seen = from.lateral + magnified[from.colour].y * place;
+    int pupil_map = set;
 #else
     float crossing = array_from_panel;
     vec2 seen = place;
+    int pupil_map = ray_set(from.eye, 0);  // the same for all colours
 #endif
     vec2 q = from.crossed.xy + crossing * times(cells_per_px, place);
     vec2 cell = nearest_cell(q);
     vec2 in_cell = q - cell;
-    vec2 pupil = times(pupil_radii_per_cell[set], in_cell);
+    vec2 pupil = times(pupil_radii_per_cell[pupil_map], in_cell);
     bool met = dot(pupil, pupil) <= 1.0;
 #if WALLS
     vec2 off = nearest_cell(from_owner(from.owner, from.crossed, cell, place));

@@ -41,8 +41,8 @@ def _display(rig: Rig, numbers: Numbers) -> str:
     headset = numbers["headset"]
     if rig.headset.glass is not None:
         lines.append(
-            f"  colours         {rig.headset.glass} takes them {headset['longitudinal_d']:.2f} D and "
-            f"in the farthest corner {headset['lateral_px']:.1f} pixels apart"
+            f"  colours         {rig.headset.glass} takes them {headset['longitudinal_d']:.2f} D "
+            f"and in the farthest corner {headset['lateral_px']:.1f} pixels apart"
         )
     return "\n".join([*lines, *_approximation(headset)])
 
