@@ -15,6 +15,8 @@ layout(local_size_x = 64) in;
 
 layout(std430, binding = 0) readonly buffer Rays { vec4 rays[]; };
 layout(std430, binding = 1) readonly buffer Within { vec2 within[]; };
+layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
+layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
 layout(std430, binding = 4) readonly buffer Bins { int bin_starts[]; };
 layout(std430, binding = 5) buffer Windows { float windows[]; };
 
@@ -38,15 +40,11 @@ vec3 shown(Retina at, vec2 offset, vec3 weight) {
     return vec3(0.0);
 }
 
-// Perpendicular walls divide the panel by another measure than the chief rays, so that a row is
-// a pixel's own (phases_a_side is 0).
-layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
-layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
-
-Retina of_pixel(int row) {
+// Where perpendicular walls divide the panel by another measure than the chief rays, and where the
+// colours are magnified differently, a row is a pixel's own (phases_a_side is 0).
+Retina of_pixel(int row, int colour) {
     ivec2 pixel = ivec2(first_column(eye) + row % view_px.x, row / view_px.x);
-    return Retina(pixel, eye, crossings[pixel.x] + crossings[panel_px.x + pixel.y],
-                  owners[pixel.x] + owners[panel_px.x + pixel.y]);
+    return retina_of(pixel, eye, colour);
 }
 
 // The barriers of a phase are those of a cell: converging walls divide the panel as the
@@ -60,15 +58,26 @@ Retina of_phase(int row) {
     pixel = ivec2(row / of_place % PERIOD_X, row / of_place / PERIOD_X);
 #endif
     vec2 place = vec2(phase % phases_a_side, phase / phases_a_side) / float(phases_a_side) - 0.5;
-    return Retina(pixel, eye, vec4(place, 0.0, 0.0), vec4(place, 0.0, 0.0));
+    Retina at;
+    at.pixel = pixel;
+    at.eye = eye;
+    at.crossed = at.owner = vec4(place, 0.0, 0.0);
+#if LATERAL
+    at.lateral = vec2(0.0);
+    at.side = 1.0;
+#endif
+    return at;
+}
+
+Retina of_row(int row, int colour) {
+    if (phases_a_side == 0) return of_pixel(row, colour);
+    return of_phase(row);
 }
 
 void main() {
     int index = int(gl_GlobalInvocationID.x);
     if (index >= row_count) return;
-    Retina at;
-    if (phases_a_side == 0) at = of_pixel(first_row + index);
-    else at = of_phase(first_row + index);
+    Retina at = of_row(first_row + index, 0);
     window_start = index * window_px.x * window_px.y * 3;
 #if COLOURS == 1
     channel = vec3(1.0);
@@ -76,6 +85,9 @@ void main() {
 #else
     for (int c = 0; c < 3; c++) {
         channel = vec3(c == 0, c == 1, c == 2);
+#if LATERAL
+        at = of_row(first_row + index, c);
+#endif
         gathered(at, eye * 3 + c);
     }
 #endif

@@ -91,7 +91,7 @@ def test_reduced_rays_of_a_bare_panel(given_rig: Rig, side: Side, X: np.ndarray)
     psi_mm = table.landing_px[0] * [PITCH_MM, -PITCH_MM]
     assert X + psi_mm == pytest.approx(ray.panel_mm, abs=BY_DIFFERENCES_MM)
     assert not table.array_cells.any()
-    assert not table.cells_per_px.any()
+    assert not table.within_cells.any()
 
 
 @unhurried

@@ -45,6 +45,10 @@ RIGS: dict[str, Rig] = {
         "rgbg-walls",
         "diamonds-holes",
         "rgbg-bare",
+        "glass-bare",
+        "glass-lenslets-walls",
+        "glass-lenslets-full",
+        "glass-without-relief",
     )
 } | {
     # Each pixel sees some 180 others through several lenslets: read by the nearest phase.

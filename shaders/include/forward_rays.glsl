@@ -1,8 +1,8 @@
 // The forward prefilter's samples: where a panel point's one lenslet shows it.
 //
 // Needs of the block: FORWARD of vrlf/passes/forward.py; of the shader: the buffers crossings and
-// owners, viewport.glsl, lattice.glsl, and the defines DEGREE, RAY_SETS, WALLS, PERIOD_X and
-// PERIOD_Y (include/period.glsl).
+// owners, viewport.glsl, lattice.glsl, and the defines DEGREE, RAY_SETS, WALLS, LATERAL, PERIOD_X
+// and PERIOD_Y (include/period.glsl).
 // Twin: vrlf/reference/forward.py. Derivation: vrlf/optics/inverse.py.
 //
 // Places are in pixels, right and down, from the centre of the panel's own pixel: small numbers,
@@ -11,24 +11,45 @@
 // lane, once for each of 27 samples.
 
 #include "include/period.glsl"
+#include "include/lateral.glsl"
 
 struct Pixel {
     ivec2 at;
     int eye;
     vec4 crossed;  // where the ray to the pupil's centre crosses the array
     vec4 owner;    // the same for the barriers
+#if LATERAL
+    int colour;    // whose ray that is
+    vec2 lateral;  // how far its magnification moves the pixel's centre in the target
+#endif
 };
 
 Pixel pixel_at(ivec2 at, int eye) {
     ivec2 held = min(at, panel_px - 1);  // groups reach beyond the panel
-    int column = held.x, row = panel_px.x + held.y;
-    vec4 crossed = crossings[column] + crossings[row];
+    Pixel from;
+    from.at = at;
+    from.eye = eye;
+    from.crossed = crossing_of(held, 0);
+    from.owner = vec4(0.0);
 #if WALLS
-    vec4 owner = owners[column] + owners[row];
-#else
-    vec4 owner = vec4(0.0);
+    from.owner = owners[held.x] + owners[panel_px.x + held.y];
 #endif
-    return Pixel(at, eye, crossed, owner);
+#if LATERAL
+    from.colour = 0;
+    from.lateral = lateral_of(held, eye, 0);
+#endif
+    return from;
+}
+
+// The same pixel's rays in a colour that may be magnified differently.
+Pixel in_colour(Pixel from, int colour) {
+#if LATERAL
+    ivec2 held = min(from.at, panel_px - 1);
+    from.crossed = crossing_of(held, colour);
+    from.colour = colour;
+    from.lateral = lateral_of(held, from.eye, colour);
+#endif
+    return from;
 }
 
 // Groups reach beyond the panel and the viewport; the left eye's darken the middle column.
@@ -83,16 +104,25 @@ struct Ray {
 };
 
 Ray ray_at(Pixel from, vec2 place, int set) {
-    vec2 q = from.crossed.xy + array_from_panel * times(cells_per_px, place);
+#if LATERAL
+    float crossing = magnified[from.colour].z;
+    vec2 seen = from.lateral + magnified[from.colour].y * place;
+    int pupil_map = set;
+#else
+    float crossing = array_from_panel;
+    vec2 seen = place;
+    int pupil_map = ray_set(from.eye, 0);  // the same for all colours
+#endif
+    vec2 q = from.crossed.xy + crossing * times(cells_per_px, place);
     vec2 cell = nearest_cell(q);
     vec2 in_cell = q - cell;
-    vec2 pupil = times(pupil_radii_per_cell[from.eye], in_cell);
+    vec2 pupil = times(pupil_radii_per_cell[pupil_map], in_cell);
     bool met = dot(pupil, pupil) <= 1.0;
 #if WALLS
     vec2 off = nearest_cell(from_owner(from.owner, from.crossed, cell, place));
     met = met && off == vec2(0.0);  // else absorbed by a wall
 #endif
-    return Ray(cell, met, place + displacement(in_cell, set));
+    return Ray(cell, met, seen + displacement(in_cell, set));
 }
 
 // Whether a ray meets the pupil and lands in its eye's viewport, the border included.

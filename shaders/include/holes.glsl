@@ -16,7 +16,7 @@ vec3 at_landing(Retina at, vec2 place, float weight) {
 vec3 through_hole(Retina at, int set, vec2 cell, vec2 off) {
     vec2 in_pupil = times(hole_maps[3 * set], off);
     vec4 middle = hole_maps[3 * set + 2];
-    vec2 landing = middle.xy + times(hole_maps[3 * set + 1], off);
+    vec2 landing = landed(at, middle.xy + times(hole_maps[3 * set + 1], off));
     vec3 total = vec3(0.0);
     int first = set * points + batch_first;
     for (int i = first; i < first + batch_points; i++) {
@@ -46,12 +46,13 @@ vec3 through_each_hole(Retina at, int set) {
     return total;
 }
 #else
-// One ray that stands for the whole retinal pixel, at one place in it.
+// One ray that stands for the whole retinal pixel, at one place in it. With LATERAL the table has
+// what the place moves in the ray itself, and the place is 0.
 vec3 sampled(Retina at, vec4 ray, vec2 place_px) {
     vec2 q = at.crossed.xy + ray.xy + array_from_panel * times(cells_per_px, place_px);
     vec2 cell = nearest_cell(q);
     if (!is_open(q - cell)) return vec3(0.0);  // blocked by the mask
-    vec2 landing = ray.zw + place_px;
+    vec2 landing = landed(at, ray.zw + place_px);
     if (barriers != 0) {
         vec2 strayed = nearest_cell(from_owner(at.owner, at.crossed, cell, landing));
         if (strayed != vec2(0.0)) return vec3(0.0);  // absorbed by a barrier

@@ -45,7 +45,8 @@ vec2 across(vec2 until, vec2 toward) {
 
 vec3 along(Retina at, int index) {
     vec2 q = at.crossed.xy + rays[2 * index].xy, q_step = moving(rays[2 * index].zw);
-    vec2 landing = rays[2 * index + 1].xy, landing_step = moving(rays[2 * index + 1].zw);
+    vec2 landing = landed(at, rays[2 * index + 1].xy);
+    vec2 landing_step = moving(rays[2 * index + 1].zw);
     vec2 q_inverse = 1.0 / q_step, landing_inverse = 1.0 / landing_step;
     vec2 q_toward = sign(q_step), landing_toward = sign(landing_step);
 

@@ -13,6 +13,7 @@ rendering   ``render``: its frames without it
 encoder     a picture on the GPU as the codes that files hold
 eyes        ``eye``: what each eye makes of a point
 facts       ``inspect``, ``rigs``, ``doctor``
+profiles    ``profile``: a viewer's code as a rig
 words       the text of ``inspect``
 demo        ``demo``: the whole chain on shipped content
 sheet       the demo's one picture of all of it

@@ -17,6 +17,7 @@ from vrlf.app.facts import doctor, inspect, rigs
 from vrlf.app.options import say
 from vrlf.app.pictures import chart, perceive, prefilter
 from vrlf.app.previewing import preview
+from vrlf.app.profiles import profile
 from vrlf.app.rendering import render
 from vrlf.errors import VrlfError
 
@@ -60,7 +61,7 @@ def vrlf(context: click.Context) -> None:
 
 for _command in (
     *(demo, prefilter, perceive, preview, render),
-    *(inspect, eye, doctor, rigs, chart, bench),
+    *(inspect, eye, doctor, rigs, profile, chart, bench),
 ):
     vrlf.add_command(_command)
 

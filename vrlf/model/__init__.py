@@ -3,30 +3,37 @@
 Everything here is frozen and checked on construction; what *follows* from it is
 computed elsewhere. No numpy, no GPU.
 
-============== ==================================================================
-file           holds
-============== ==================================================================
-fields         configuration and field types that all tables share
-zernike        a measured ``Zernike`` wavefront; OSA, Noll's and Fringe order
-eye            ``Eye``, or a ``Camera`` in its place
-toml_file      TOML files read with one line for what is wrong
-layouts        sub-pixel layouts, files of ``assets/layouts``
-hardware       ``Panel``, ``Headset``, ``Array`` and the headset lens's power
-tolerance      what a panel image is to put up with: pupils, focus, an array put off
-rig            ``Prefilter`` and the whole ``Rig``; checks between its tables
-wording        how messages quote a value
-prescription   a prescription as it is written on paper
-complaints     a failed validation as lines of ``key: found ..., wanted ...``
-shelf          the rigs, eyes and panels that ship with vrlf
-wavefront_file a wavefront's coefficients from a CSV file
-parts          tables that lean on other files: ``extends`` in an eye, a wavefront's file
-overrides      ``table.key=value`` and the merging of tables
-reading        rig files, ``extends``, command line changes -> ``Rig``
-============== ==================================================================
+================ ==================================================================
+file             holds
+================ ==================================================================
+fields           configuration and field types that all tables share
+zernike          a measured ``Zernike`` wavefront; OSA, Noll's and Fringe order
+eye              ``Eye``, or a ``Camera`` in its place
+toml_file        TOML files read with one line for what is wrong
+layouts          sub-pixel layouts, files of ``assets/layouts``
+glasses          the catalogue of lens materials
+hardware         ``Panel``, ``Headset``, ``Array`` and the headset lens's power
+tolerance        what a panel image is to put up with: pupils, focus, an array put off
+rig              ``Prefilter`` and the whole ``Rig``; checks between its tables
+wording          how messages quote a value
+prescription     a prescription as it is written on paper
+complaints       a failed validation as lines of ``key: found ..., wanted ...``
+shelf            the rigs, eyes and panels that ship with vrlf
+wavefront_file   a wavefront's coefficients from a CSV file
+cardboard        Cardboard viewer profiles
+cardboard_rig    the keys of a rig that they give
+cardboard_source where a profile's bytes come from: an address, its text, a file
+protobuf         the format that they are written in
+parts            tables that lean on other files: ``extends`` in an eye, a wavefront's file
+overrides        ``table.key=value`` and the merging of tables
+reading          rig files, ``extends``, command line changes -> ``Rig``
+================ ==================================================================
 """
 
 from __future__ import annotations
 
+from vrlf.model.cardboard import FieldOfView, ViewerProfile, read_profile
+from vrlf.model.cardboard_rig import headset_table, rig_text_of_profile, viewer_name
 from vrlf.model.eye import Camera, Eye
 from vrlf.model.hardware import Array, Headset, Panel, Primaries, lens_power_d
 from vrlf.model.layouts import SubpixelLayout, layout_names, subpixel_layout
@@ -42,6 +49,7 @@ __all__ = [
     "Array",
     "Camera",
     "Eye",
+    "FieldOfView",
     "Headset",
     "Panel",
     "Prefilter",
@@ -50,15 +58,20 @@ __all__ = [
     "Rig",
     "SubpixelLayout",
     "Tolerance",
+    "ViewerProfile",
     "Zernike",
+    "headset_table",
     "layout_names",
     "lens_power_d",
     "load_rig",
     "parse_prescription",
     "prescription_text",
+    "read_profile",
     "rig_from_tables",
     "rig_json_schema",
     "rig_names",
     "rig_summary",
+    "rig_text_of_profile",
     "subpixel_layout",
+    "viewer_name",
 ]

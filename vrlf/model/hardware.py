@@ -7,6 +7,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import AfterValidator, BaseModel, Field, ValidationInfo, field_validator
 
 from vrlf.model.fields import GIVEN, FromList, between, refusal
+from vrlf.model.glasses import glasses
 from vrlf.model.layouts import layout_names, names_wanted
 from vrlf.units import MM_PER_M
 
@@ -102,6 +103,9 @@ class Headset(BaseModel):
         Lens to pupil; 0 is the single-lens approximation.
     distortion : (float, float) or None
         k1 and k2 of r (1 + k1 r^2 + k2 r^4), r the panel slope.
+    glass : str or None
+        What the lenses are made of, a name of assets/glasses.toml: their power then is that
+        of 589 nm and another for each colour of the panel. None is one power for all.
     """
 
     model_config = GIVEN
@@ -112,6 +116,14 @@ class Headset(BaseModel):
     lens_power_d: Annotated[float, between(-100.0, 1000.0)] | None = None
     eye_relief_mm: Annotated[float, between(0.0, 1000.0)] = 0.0
     distortion: Annotated[tuple[_Distortion, _Distortion], FromList] | None = None
+    glass: str | None = None
+
+    @field_validator("glass", mode="after")
+    @classmethod
+    def _in_the_catalogue(cls, glass: str | None) -> str | None:
+        if glass is not None and glass not in glasses():
+            raise refusal("one of " + ", ".join(f'"{name}"' for name in glasses()))
+        return glass
 
 
 def lens_power_d(headset: Headset) -> float:

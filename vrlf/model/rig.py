@@ -8,9 +8,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 
 from vrlf.model.eye import Eye
 from vrlf.model.fields import GIVEN, above, between, refusal
+from vrlf.model.glasses import glasses
 from vrlf.model.hardware import Array, Headset, Panel, lens_power_d
 from vrlf.model.tolerance import Tolerance
-from vrlf.units import MM_PER_M
+from vrlf.units import MM_PER_M, NM_PER_UM
 
 
 class Prefilter(BaseModel):
@@ -94,6 +95,14 @@ class Rig(BaseModel):
             )
         return tolerance
 
+    @field_validator("headset", mode="after")
+    @classmethod
+    def _knows_its_colours(cls, headset: Headset, info: ValidationInfo) -> Headset:
+        panel = info.data.get("panel")
+        if panel is not None and headset.glass is not None:
+            _check_known_colours(panel, headset.glass)
+        return headset
+
     @field_validator("array", mode="after")
     @classmethod
     def _fits_the_headset(cls, array: Array, info: ValidationInfo) -> Array:
@@ -102,6 +111,16 @@ class Rig(BaseModel):
             _check_array_between_lens_and_panel(headset, array)
             _check_relief(headset, array)
         return array
+
+
+def _check_known_colours(panel: Panel, name: str) -> None:
+    """Refuse colours at which the lenses' material was not measured."""
+    low, high = (NM_PER_UM * end for end in glasses()[name].range_um)
+    if not all(low <= nm <= high for nm in panel.wavelengths_nm):
+        raise refusal(
+            f'wavelengths from {low:g} to {high:g} nm, where headset.glass "{name}" is known',
+            key="panel.wavelengths_nm",
+        )
 
 
 def _check_array_between_lens_and_panel(headset: Headset, array: Array) -> None:

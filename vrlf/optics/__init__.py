@@ -11,7 +11,9 @@ pupil_light  how wide a pupil is in its light, how much its parts count
 eye          an eye's wavefront, accommodated, for each colour of the panel; cameras
 pupil        the wavefront with which a point of the panel is seen, its RMS and its rays
 psf          point spread functions by rays and by diffraction, modulation transfer
+glass        refractive indices of lens materials
 bench        distances and powers of the headset
+distortion   the headset lens's radial distortion, and the way back
 viewport     which columns an eye sees, where its axis meets the panel
 subpixels    where in a pixel each colour emits
 lattice      the array's cells, openings and barriers
@@ -29,6 +31,9 @@ tile         which part of a picture a rectangle of a window shows
 openings     how sharp single openings are, with all orders of the eye in
 tolerance    the cases that a tolerant panel image serves
 limits       what an array can and cannot do
+lateral      how far the headset's lens takes the colours apart
+gaze         how far the eye may turn before the correction fails
+relief       what taking the eye to be at the lens costs
 inspect      all numbers and warnings that follow from a rig
 ============ ====================================================================
 """

@@ -9,6 +9,7 @@ import numpy as np
 from vrlf.model import Eye, Rig
 from vrlf.optics import limits
 from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.distortion import coefficients_of, edge_radius, turning_radius
 from vrlf.optics.eye import EyeOptics, amplitude_of_accommodation_d, eye_optics, viewer
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.openings import FOCUSED_PX, served_pupil
@@ -38,7 +39,7 @@ def advice(rig: Rig) -> list[str]:
     sentences: list[str] = []
     for side in SIDES:
         sentences += [f"{side} eye: {text}" for text in _eye_advice(rig, side)]
-    return _joined(sentences) + _array_advice(rig)
+    return _joined(sentences) + _headset_advice(rig) + _array_advice(rig)
 
 
 def wavefront_advice(rig: Rig) -> list[str]:
@@ -174,10 +175,23 @@ def _field_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOptics) -
     reach_mm = float(abs(panel_points_mm(rig, viewport(rig, side))).max())
     if half_mm >= reach_mm:
         return []
-    field_deg = degrees(2.0 * atan(half_mm / bench.panel_per_slope_mm))
+    field_deg = limits.barrier_field_deg(bench, lattice, optics)
     return [
         f"perpendicular barriers leave a field of {field_deg:.0f} degrees and black beyond; "
         "converging ones would not"
+    ]
+
+
+def _headset_advice(rig: Rig) -> list[str]:
+    """Whether the lens's distortion shows some of the panel twice."""
+    turn = turning_radius(coefficients_of(rig))
+    edge = max(edge_radius(rig, side) for side in SIDES)
+    if turn >= edge:
+        return []
+    return [
+        f"headset: the distortion turns back at {degrees(atan(turn)):.0f} degrees of panel, of "
+        f"{degrees(atan(edge)):.0f} in the farthest corner: what lies beyond shows again what "
+        "lies within"
     ]
 
 

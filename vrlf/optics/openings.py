@@ -18,7 +18,6 @@ import numpy as np
 
 from vrlf.model import Rig
 from vrlf.optics import sequence
-from vrlf.optics.bench import bench_of
 from vrlf.optics.eye import EyeOptics, aberration_at
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
@@ -73,7 +72,8 @@ def served_pupil(rig: Rig, optics: EyeOptics) -> Served | None:
 
 def _openings(rig: Rig, lattice: Lattice, optics: EyeOptics) -> tuple[Float, Float]:
     """Width in pixels of a point through each opening that shows it, and its rays; (n,) each."""
-    bench, scale = bench_of(rig), footprint_scale(bench_of(rig), lattice)
+    bench = optics.benches[1]
+    scale = footprint_scale(bench, lattice)
     even = sequence.to_disc(sequence.points(_PUPIL_POINTS)[:, :2]) * optics.pupil_mm / 2.0
     from_centre = optics.weighed(even)
     u_mm = from_centre + np.array(optics.pupil_offset_mm)

@@ -17,6 +17,7 @@ phases     rows of the operator by phase: how fine, turned about, packed
 tolerant   rows of the normal equations of many rigs at once, each a little off
 pixels     rows of single pixels, behind perpendicular walls
 encode     ``Encode``: linear light to 8-bit sRGB
+register   what ``Forward`` does to a bare panel: colours brought together
 alignment  ``Alignment``: screens that show how array, panel and lenses stand
 show       ``Show``: pictures as a window shows them
 ========== =====================================================================
@@ -28,7 +29,7 @@ one prescription. Tables are made once for a rig and swapped whole.
 from __future__ import annotations
 
 from vrlf.passes.encode import Encode
-from vrlf.passes.forward import Forward, ForwardTables
+from vrlf.passes.forward import Forward, ForwardTables, forward_tables
 from vrlf.passes.perceive import Perceive
 from vrlf.passes.prepare import EyePicture, Prepare
 from vrlf.passes.rays import PerceiveTables
@@ -44,4 +45,5 @@ __all__ = [
     "Prepare",
     "Sharpen",
     "SharpenTables",
+    "forward_tables",
 ]

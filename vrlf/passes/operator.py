@@ -5,7 +5,8 @@ pixel's chief ray crosses the array, and on nothing else. So the operator of a m
 is a table of some ten thousand rows by phase, made once for a prescription; its adjoint is the
 same table with each entry moved to the phase of the pixel at its other end. Layouts of which
 neighbouring pixels differ have such rows for each place of their period. Perpendicular walls
-divide the panel by another measure: there each pixel has its row.
+divide the panel by another measure, and colours that the headset's lens magnifies differently
+land elsewhere in each pixel: there each pixel has its row.
 
 Measured (dB after 16 steps, matched-microlens, astronaut and coffee): 213 x 213 phases of which
 the nearest is read lose 0.05 to 0.08 against 85 x 85 that are read bilinearly, but a row holds
@@ -29,6 +30,7 @@ from numpy.typing import NDArray
 from vrlf.errors import InputError
 from vrlf.gpu import GROUP_PX, Buffer, Device, Field
 from vrlf.model import Rig
+from vrlf.optics.bench import is_lateral
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import SIDES, Side
@@ -156,9 +158,15 @@ class OperatorTables:
     def _pieces(self, device: Device, rig: Rig, builder: RowBuilder) -> Generator[None, None, None]:
         lattice = lattice_of(rig)
         walled = lattice is not None and lattice.barriers == "perpendicular"
+        by_pixel = walled or is_lateral(rig)
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
-        self.phases = (0, 0) if walled else sampling_of(rig, lattice)
+        self.phases = (0, 0) if by_pixel else sampling_of(rig, lattice)
         self.is_tolerant = rig.tolerance is not None
+        if self.is_tolerant and by_pixel:
+            raise InputError(
+                "tolerance: found it beside headset.glass with an eye relief, which magnifies the "
+                "colours differently, wanted one of the two"
+            )
         self.values: dict[str, Any] = {**viewport_values(rig), "phases": self.phases}
         forward, adjoint = _Table(), _Table()
         if self.is_tolerant:
@@ -168,7 +176,7 @@ class OperatorTables:
         lanes = _lanes(device, forward)
         # The width of a group that holds as many lanes for each of its pixels, too.
         self.defines = {
-            "PER_PIXEL": int(walled),
+            "PER_PIXEL": int(by_pixel),
             "LANES": lanes,
             "GROUP_LANES": lanes * GROUP_PX,
             **subpixel_defines(rig),
@@ -300,9 +308,11 @@ def _lanes(device: Device, table: _Table) -> int:
 
 
 def _too_large(rig: Rig) -> str:
+    cause, remedy = "array.barriers 'perpendicular'", "barriers 'converging' or 'none'"
+    if is_lateral(rig):
+        cause, remedy = "colours that headset.glass magnifies differently", "the method 'forward'"
     return (
-        f"panel: found {rig.panel.width_px}x{rig.panel.height_px} pixels with array.barriers "
-        f"'perpendicular', for which prefilter.method 'optimal' takes more than "
-        f"{_MOST_BYTES / 1e9:g} GB (a row of the operator for each pixel), wanted a smaller panel "
-        "or barriers 'converging' or 'none'"
+        f"panel: found {rig.panel.width_px}x{rig.panel.height_px} pixels with {cause}, for which "
+        f"prefilter.method 'optimal' takes more than {_MOST_BYTES / 1e9:g} GB (a row of the "
+        f"operator for each pixel), wanted a smaller panel or {remedy}"
     )

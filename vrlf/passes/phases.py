@@ -65,13 +65,11 @@ def _phases_a_side(rig: Rig, lattice: Lattice, seen: int) -> int:
 def _pixels_seen(rig: Rig, side: Side, lattice: Lattice) -> int:
     """How many panel pixels the pupil shows of the retinal pixel in the middle of a cell."""
     table = ray_tables(rig, side, _FEWEST_RAYS)[0]
-    within = table.within_pixel
-    moved = bench_of(rig).array_from_panel * within @ table.cells_per_px.T
-    crossing = table.array_cells + moved
+    crossing = table.array_cells + table.within_cells
     in_cell = crossing - nearest_cell(crossing)
     open_rays = is_open(lattice, in_cell)
     bent = lattice.bend * in_cell @ pixels_per_cell(rig, lattice).T
-    landing = table.landing_px + within - bent
+    landing = table.landing_px + table.within_landing_px - bent
     return len(np.unique(np.rint(landing[open_rays]), axis=0))
 
 

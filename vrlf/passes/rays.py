@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vrlf.gpu import Buffer, Device, Field
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import colour_benches, is_lateral
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.holes import HoleTable, hole_points, hole_table
 from vrlf.optics.lattice import Lattice, lattice_of
@@ -28,9 +28,11 @@ from vrlf.optics.sequence import Half, half_of
 from vrlf.optics.viewport import SIDES
 from vrlf.passes.bins import BinGrid, grid_over, loop_turns, sort_into, visits_per_ray
 from vrlf.passes.fields import (
+    LATERAL_FIELDS,
     LATTICE_FIELDS,
     SUBPIXEL_FIELDS,
-    lattice_rasters,
+    crossing_rasters,
+    lateral_values,
     lattice_values,
     subpixel_defines,
     subpixel_values,
@@ -44,6 +46,7 @@ _SETS = 6
 RAY_FIELDS = (
     *SUBPIXEL_FIELDS,
     *LATTICE_FIELDS,
+    *LATERAL_FIELDS,
     Field("float", "bend", "g / f of a lenslet, 0 for a hole"),
     Field("int", "most_pieces", "into which a stretch of a line can be cut"),
     Field(
@@ -155,6 +158,7 @@ class PerceiveTables:
             "COLOURS": self.colours,
             "BY_HOLE": int(quadrature == "holes"),
             **subpixel_defines(rig),
+            "LATERAL": int(is_lateral(rig)),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.throughput = 1.0 if lattice is None else lattice.throughput
@@ -162,11 +166,16 @@ class PerceiveTables:
             **viewport_values(rig),
             **subpixel_values(rig),
             **lattice_values(rig, lattice),
+            **lateral_values(rig, [bench.panel_from_retina for bench in colour_benches(rig)]),
             **sets.values,
             "bend": 0.0 if lattice is None else lattice.bend,
         }
         grid_of = lattice if quadrature == "points" else None
-        self.crossings, self.owners = lattice_rasters(device, rig, lattice)
+        scales = [bench.array_from_retina for bench in colour_benches(rig)]
+        if not is_lateral(rig):
+            scales = scales[:1]
+        crossings = [(scale, None) for scale in scales]
+        self.crossings, self.owners = crossing_rasters(device, rig, lattice, crossings)
         self.batches = [
             _batch(device, [table.part(part) for table in sets.tables], grid_of)
             for part in _parts(self.points, self.colours * sets.turns)
@@ -212,7 +221,9 @@ def _point_sets(
 ) -> _Sets:
     eyes = [ray_tables(rig, side, rays) for side in SIDES]
     flat = [table for each in eyes for table in each * (colours // len(each))]
-    tables = [_point_rows(rig, table, half) for table in flat]
+    # A bare panel's pixels are averaged whole: there is no place in them to fold in.
+    folded = lattice is not None and is_lateral(rig)
+    tables = [_point_rows(table, half, folded) for table in flat]
     if lattice is None:
         return _Sets(tables, values, 1, 1.0)
     lanes = _SOFTWARE_LANES if device.info.is_software else 1
@@ -220,10 +231,13 @@ def _point_sets(
     return _Sets(tables, values, turns, lattice.throughput)
 
 
-def _point_rows(rig: Rig, table: RayTable, half: Half) -> _Rows:
-    within = half_of(table.within_pixel, half)
+def _point_rows(table: RayTable, half: Half, folded: bool) -> _Rows:
+    """A table of blind points; what a place in the pixel moves stands apart, or in the ray."""
     phi, psi = half_of(table.array_cells, half), half_of(table.landing_px, half)
-    moved = bench_of(rig).array_from_panel * within @ table.cells_per_px.T
+    within, moved = half_of(table.within_pixel, half), half_of(table.within_cells, half)
+    if folded:  # it moves each colour by another measure
+        rays = np.concatenate([phi + moved, psi + half_of(table.within_landing_px, half)], axis=1)
+        return _Rows(rays, np.zeros_like(within), phi + moved)
     return _Rows(np.concatenate([phi, psi], axis=1), within, phi + moved)
 
 

@@ -133,7 +133,7 @@ class Many:
 
 def _hits(rig: Rig, view: Viewport, optics: EyeOptics, rays: int, colour: int) -> Iterator[Hit]:
     """The hits of all pupil points, each with its share of the mean."""
-    gather, at = Gather(rig, view), pupil_points(rig, optics, rays)
+    gather, at = Gather(rig, view, optics.benches[colour]), pupil_points(rig, optics, rays)
     slopes = aberration_at(optics.aberration[colour], at.from_centre_mm)
     for u_mm, slope, within_mm in zip(at.u_mm, slopes, at.within_pixel_mm, strict=True):
         for pixel, weight in gather.hits(u_mm, slope, within_mm):

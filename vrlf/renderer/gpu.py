@@ -16,15 +16,16 @@ from vrlf.errors import InputError
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
 from vrlf.optics.fitting import FitMode
+from vrlf.optics.lateral import forward_changes
 from vrlf.passes import (
     Encode,
     EyePicture,
     Forward,
-    ForwardTables,
     Perceive,
     PerceiveTables,
     Prepare,
     Sharpen,
+    forward_tables,
 )
 from vrlf.renderer.steps import (
     DEFAULT_RAYS,
@@ -90,8 +91,8 @@ class GpuRenderer:
         target = checked_image(target, rig, "target")
         method = rig.prefilter.method
         self._require_size(rig)
-        bare = rig.array.kind == "none" and not rig.prefilter.wiener
-        if method == "none" or (method == "forward" and bare):
+        unchanged = not forward_changes(rig) and not rig.prefilter.wiener
+        if method == "none" or (method == "forward" and unchanged):
             return np.array(target, dtype=np.float32)
         self.device.make_current()
         if method == "optimal":
@@ -100,9 +101,9 @@ class GpuRenderer:
             light = make.holding(target, "target")
             if rig.prefilter.wiener:
                 light = self._sharpened(light, rig, make.panel(rig, "sharpened target"))
-            if rig.array.kind == "none":
+            if not forward_changes(rig):
                 return _rgb(light)
-            tables = self._tables("forward", rig, lambda: ForwardTables(self.device, rig))
+            tables = self._tables("forward", rig, lambda: forward_tables(self.device, rig))
             shown = make.panel(rig, "panel image")
             self._forward.run(tables, light, shown)
             return _rgb(shown)
