@@ -4,5 +4,6 @@
 file       holds
 ========== ==========================================================
 measure    RMSE, PSNR and SSIM inside the border, after one gain
+fringes    colour that is seen where none was meant
 ========== ==========================================================
 """

@@ -24,15 +24,15 @@ one a pixel                      0.75  2.10  1.13   12.8  22.6  14.3
 one a sub-pixel (grid 1)         0.93  2.99  1.40   13.3  18.6  15.3
 nine a pixel                     0.73  2.03  1.11   10.6  19.4  11.9
 nine a sub-pixel (grid 3)        0.84  2.60  1.25   11.4  15.8  13.2
-25 a sub-pixel (grid 5)          0.84  2.16  1.16   11.1  15.4  12.8
-``optimal`` (16 steps)           0.81  2.14  1.35    7.9  12.0   3.0
+25 a sub-pixel (grid 5)          0.65  1.97  0.98   11.1  15.4  12.8
+``optimal`` (16 steps)           0.54  1.70  0.87    7.9  12.0   3.0
 ===============================  =================  ==================
 
-Nine samples of each sub-pixel in place of one take a tenth to a seventh of the fringes away. Where
-the eyebox is half the pupil, as in the thesis's headset, every pixel is seen through several
-lenslets anyway, fringes are small, and colours that share their samples leave fewer still; where
-one lenslet serves (matched-microlens) colours apart pay at the finest detail alone. The judge took
-2048 rays a pixel, 512 in the second column and in the last two rows.
+Nine samples of each sub-pixel in place of one take a tenth to a seventh of the fringes away, 25 a
+sixth to a third. In the thesis's headset, whose eyebox is half the pupil, every pixel is seen
+through several lenslets, so fringes are small; there, and but for the finest detail with
+matched-microlens too, as few samples leave less colour where all three share them, for then all
+three err alike. The judge took 2048 rays a pixel, 512 in the second column.
 """
 
 from __future__ import annotations
