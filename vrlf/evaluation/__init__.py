@@ -5,5 +5,6 @@ file       holds
 ========== ==========================================================
 shift      PSNR after the best shift of the whole picture
 measure    RMSE, PSNR and SSIM inside the border, after one gain
+fringes    colour that is seen where none was meant
 ========== ==========================================================
 """
