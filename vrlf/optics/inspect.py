@@ -54,7 +54,7 @@ def inspect_rig(rig: Rig) -> dict[str, Any]:
     found = array_numbers(rig)
     return {
         **{side: eye_numbers(rig, side) for side in SIDES},
-        "array": {"kind": rig.array.kind, **found},
+        "array": {"kind": rig.array.kind, "lattice": _lattice_name(rig), **found},
         "display": display_numbers(rig),
         "warnings": advice(rig),
     }
@@ -132,6 +132,10 @@ def _residual_numbers(rig: Rig, side: Side) -> dict[str, float | None]:
         focus_mm = limits.signed_focus_mm(bench, optics)
         numbers["best_focal_mm"] = limits.best_focal_mm(bench, focus_mm)
     return numbers
+
+
+def _lattice_name(rig: Rig) -> str | None:
+    return None if rig.array.kind == "none" else rig.array.lattice
 
 
 def array_numbers(rig: Rig) -> dict[str, float | None]:

@@ -48,6 +48,7 @@ from vrlf.passes.fields import (
     LATTICE_FIELDS,
     MOST_PLACES,
     VIEWPORT_FIELDS,
+    lattice_defines,
     lattice_rasters,
     lattice_values,
     padded,
@@ -100,6 +101,7 @@ class ForwardTables:
             # Converging walls cut none of these rays: see the float64 twin.
             "WALLS": int(lattice.barriers == "perpendicular"),
             **subpixel_defines(rig),
+            **lattice_defines(lattice),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         # The middle column of an odd width is done with the left eye's.

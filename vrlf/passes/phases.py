@@ -68,7 +68,7 @@ def _pixels_seen(rig: Rig, side: Side, lattice: Lattice) -> int:
     within = table.within_pixel
     moved = bench_of(rig).array_from_panel * within @ table.cells_per_px.T
     crossing = table.array_cells + moved
-    in_cell = crossing - nearest_cell(crossing)
+    in_cell = crossing - nearest_cell(lattice, crossing)
     open_rays = is_open(lattice, in_cell)
     bent = lattice.bend * in_cell @ pixels_per_cell(rig, lattice).T
     landing = table.landing_px + within - bent
