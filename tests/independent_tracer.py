@@ -168,7 +168,7 @@ def aberration(setup: Setup, colour: int, u: Points) -> Points:
 
 
 def to_lattice(setup: Setup, point: Points) -> Points:
-    """A point relative to the axis, in cells of the lattice; cell centres are whole numbers."""
+    """A point relative to the axis, in pitches along the lattice's own upright axes."""
     array = setup.rig.array
     p = point + setup.axis - np.array(array.offset_um) / 1000
     c, s = cos(radians(array.rotation_deg)), sin(radians(array.rotation_deg))
@@ -185,13 +185,28 @@ def from_lattice(setup: Setup, cells: Points) -> Points:
     return turned + np.array(array.offset_um) / 1000 - setup.axis
 
 
+def nearest_centre(setup: Setup, place: Points) -> Points:
+    """The centre nearest to a place of the lattice, in pitches.
+
+    A hexagonal lattice is two rectangular ones, 1 by root 3, one in the other's middle.
+    """
+    if setup.rig.array.lattice == "square":
+        return np.asarray(np.rint(place))
+    sides = np.array([1.0, sqrt(3)])
+    first = np.rint(place / sides) * sides
+    second = (np.rint(place / sides - 0.5) + 0.5) * sides
+    apart = [np.hypot(*np.moveaxis(place - each, -1, 0))[..., None] for each in (first, second)]
+    return np.where(apart[0] <= apart[1], first, second)
+
+
 def passes_walls(setup: Setup, cell: Points, x: Points) -> Any:
-    """Whether the panel point belongs to the cell."""
+    """Whether the panel point belongs to the cell with this centre."""
     barriers = setup.rig.array.barriers
     if barriers == "none":
         return np.ones(x.shape[:-1], bool)
     seen_at = x if barriers == "perpendicular" else x * setup.at_589.reach / setup.at_589.m
-    return (np.rint(to_lattice(setup, seen_at)) == cell).all(axis=-1)
+    owner = nearest_centre(setup, to_lattice(setup, seen_at))
+    return (np.abs(owner - cell) < 0.1).all(axis=-1)
 
 
 def trace(setup: Setup, colour: int, X: Points, u: Points) -> tuple[Points, Any]:
@@ -204,7 +219,7 @@ def trace(setup: Setup, colour: int, X: Points, u: Points) -> tuple[Points, Any]
     if array.kind == "none":
         return y, np.ones(y.shape[:-1], bool)
     place = to_lattice(setup, y)
-    cell = np.rint(place)
+    cell = nearest_centre(setup, place)
     if array.kind == "microlens":
         x = y + setup.gap * (beta - (y - from_lattice(setup, cell)) / array.focal_mm)
         return x, passes_walls(setup, cell, x)
@@ -332,7 +347,7 @@ def forward(target: Points, rig: Rig) -> Points:
             place = np.stack(np.broadcast_arrays(across, up), -1)
             x = pixel_centres(setup)[:, :, None] + pitch * place
             y = (x * setup.reach + setup.gap * o) / setup.m
-            cell = np.rint(to_lattice(setup, y))
+            cell = nearest_centre(setup, to_lattice(setup, y))
             c = from_lattice(setup, cell)
             beta = (x - c) / setup.gap
             h = c - setup.to_array * beta

@@ -7,7 +7,7 @@ are (..., 2). Rigs come from keyword tables.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, factorial, radians, sin, sqrt
+from math import cos, factorial, pi, radians, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -129,6 +129,8 @@ def cell_centre_mm(given: Rig, side: Side, y: Points) -> Points:
     """Centre of the lattice cell that holds ``y``; both relative to the eye's axis."""
     array = given.array
     turn = radians(array.rotation_deg)
+    if array.lattice == "hexagonal":
+        return _hexagonal_centre_mm(given, side, y)
     across = np.array([cos(turn), sin(turn)]) * array.pitch_um / 1000.0
     upward = np.array([-sin(turn), cos(turn)]) * array.pitch_um / 1000.0
     offset = np.array(array.offset_um) / 1000.0
@@ -138,6 +140,21 @@ def cell_centre_mm(given: Rig, side: Side, y: Points) -> Points:
     row = np.floor(from_origin @ upward / pitch_squared + 0.5)
     centre = np.multiply.outer(k, across) + np.multiply.outer(row, upward)
     return np.asarray(centre + offset - axis_mm(given, side))
+
+
+def _hexagonal_centre_mm(given: Rig, side: Side, y: Points) -> Points:
+    """The nearest of all centres about, each tried by itself."""
+    array = given.array
+    pitch, turn = array.pitch_um / 1000.0, radians(array.rotation_deg)
+    steps = pitch * np.array([[cos(turn + each), sin(turn + each)] for each in (0.0, pi / 3.0)])
+    offset = np.array(array.offset_um) / 1000.0 - axis_mm(given, side)
+    # A cell near the point: its rows are pitch sin 60 deg apart.
+    near = np.rint((y - offset) @ np.linalg.inv(steps))
+    tried = [near + np.array([i, j]) for i in range(-2, 3) for j in range(-2, 3)]
+    centres = np.array([each @ steps + offset for each in tried])
+    apart = np.linalg.norm(centres - y, axis=-1)
+    best = apart.argmin(axis=0)
+    return np.asarray(np.take_along_axis(centres, best[None, ..., None], axis=0)[0])
 
 
 def backward(given: Rig, side: Side, X: Points, u: Points, slope: Points, bent: bool = True) -> Ray:
@@ -228,7 +245,10 @@ def rigs(draw: st.DrawFn, kinds: tuple[str, ...] = ("microlens", "pinhole")) -> 
         "aperture_um": draw(_numbers(50, 200)),
         "offset_um": draw(_pairs(300)),
         "rotation_deg": draw(_numbers(-60, 60)),
+        "lattice": draw(st.sampled_from(("square", "hexagonal"))),
     }
+    if array["lattice"] == "hexagonal":  # no larger square stands in a hexagon
+        array["aperture_um"] = min(array["aperture_um"], 0.73 * array["pitch_um"])
     return rig(headset=headset, array=array, left=draw(_EYES), right=draw(_EYES))
 
 

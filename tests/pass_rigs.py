@@ -289,11 +289,75 @@ APART: dict[str, Rig] = {
     ),
 }
 
-CASES = (*KNOWN, *SMALL)
+# The same branches on hexagonal lattices, of odd sizes, moved and turned; both eyes unlike.
+_HEX_LENSLETS = LENSLETS | {"lattice": "hexagonal"}
+_HEX_HOLES = HOLES | {"lattice": "hexagonal"}
+HEXAGONAL: dict[str, Rig] = {
+    "hexagonal-lenslets": rig(
+        27,
+        19,
+        headset={"lens_height_mm": 0.23},
+        array=_HEX_LENSLETS | {"offset_um": [70.0, -40.0], "rotation_deg": 11.0},
+        left={"cylinder_d": -1.5, "axis_deg": 35.0, "pupil_offset_mm": [0.4, -0.3]},
+        right={"chromatic": True},
+    ),
+    "hexagonal-leaning-walls": rig(
+        26,
+        17,
+        panel={"subpixels": "full"},
+        headset={"eye_relief_mm": 9.0},
+        array=_HEX_LENSLETS
+        | {"barriers": "converging", "rotation_deg": -8.0, "gap_mm": 4.2, "gap_index": 1.49},
+        left={"pupil_offset_mm": [-0.6, 0.9]},
+    ),
+    "hexagonal-walls": rig(
+        25,
+        18,
+        panel={"subpixels": "bgr-stripe"},
+        headset={"lens_height_mm": 0.37, "eye_relief_mm": 6.0},
+        array=_HEX_LENSLETS | {"barriers": "perpendicular", "offset_um": [35.0, 90.0]},
+        right={"pupil_offset_mm": [0.7, -0.4]},
+    ),
+    "hexagonal-coma": rig(
+        26,
+        19,
+        array=_HEX_LENSLETS | {"offset_um": [-70.0, 20.0], "rotation_deg": 90.0},
+        left={"zernike": _COMA},
+        right={"zernike": _EIGHTH, "prism_pd": [0.6, -1.1]},
+    ),
+    "hexagonal-square-holes": rig(
+        27,
+        18,
+        panel={"subpixels": "full"},
+        array=_HEX_HOLES | {"rotation_deg": 14.0, "aperture_um": 190.0},
+        left={"cylinder_d": -1.5, "axis_deg": 65.0},
+        right={"pupil_offset_mm": [0.5, -0.6]},
+    ),
+    "hexagonal-round-holes-walls": rig(
+        26,
+        17,
+        panel={"subpixels": "pentile-diamond"},
+        array=_HEX_HOLES
+        | {"aperture_shape": "circle", "barriers": "converging", "offset_um": [140.0, -60.0]},
+        right={"chromatic": True},
+    ),
+    "hexagonal-holes-blind": rig(
+        25,
+        18,
+        array=_HEX_HOLES | {"rotation_deg": -21.0, "aperture_um": 285.0},
+        left={"zernike": _COMA},
+    ),
+}
+
+for _name in ("lenslets", "walls", "leaning-walls", "round-holes-walls", "holes-blind"):
+    APART[f"hexagonal-{_name}"] = HEXAGONAL[f"hexagonal-{_name}"]
+
+CASES = (*KNOWN, *SMALL, *HEXAGONAL)
 
 
 def case(name: str) -> tuple[Rig, NDArray[np.float32]]:
     """One of ``CASES``: the rig and a picture for it."""
-    if name in SMALL:
-        return SMALL[name], picture(SMALL[name])
+    made = SMALL.get(name, HEXAGONAL.get(name))
+    if made is not None:
+        return made, picture(made)
     return known_rig(name), known_results(name)["panel"]

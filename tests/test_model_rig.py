@@ -229,6 +229,23 @@ def test_holes_fit_their_cells_but_lenslets_have_none() -> None:
     assert rig_from_tables(tables(array={"aperture_um": 391.0})).array.aperture_um == 391.0
 
 
+def test_square_holes_fit_hexagons() -> None:
+    """Side of the largest upright square: 390 (root 3 - 1) = 285.5 um. A circle may touch."""
+    holes = {"kind": "pinhole", "lattice": "hexagonal", "aperture_um": 285.6}
+    assert problems(array=holes) == (
+        "array.aperture_um: found 285.6, wanted at most 285.5 um: larger squares pass a "
+        "hexagonal cell",
+    )
+    for fits in ({"aperture_um": 285.4}, {"aperture_um": 390.0, "aperture_shape": "circle"}):
+        assert rig_from_tables(tables(array=holes | fits)).array.lattice == "hexagonal"
+
+
+def test_a_lattice_has_a_name() -> None:
+    assert problems(array={"lattice": "triangular"}) == (
+        'array.lattice: found "triangular", wanted one of "square", "hexagonal"',
+    )
+
+
 def test_without_an_array_its_lengths_mean_nothing_but_keep_their_types() -> None:
     ignored = {"kind": "none", "gap_mm": 99.0, "focal_mm": -1.0, "aperture_um": 500.0}
     assert rig_from_tables(tables(array=ignored)).array.kind == "none"

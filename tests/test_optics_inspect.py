@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from math import atan, degrees, isinf, pi, sqrt
+from math import atan, degrees, isinf, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -244,6 +244,7 @@ def test_without_an_array_its_numbers_are_null() -> None:
     assert array.pop("kind") == "none"
     assert array.pop("throughput") == 1.0
     assert set(array) == {
+        "lattice",
         "field_of_view_deg",
         "views",
         "spatial_nyquist_per_mm",
@@ -370,12 +371,14 @@ def test_limits_of_any_array(rig: Rig) -> None:
     e, power, s_a, g = by_hand.lengths_mm(rig)
     m = by_hand.slope_distance_mm(rig)
     pitch = rig.array.pitch_um / 1000.0
+    rows = pitch if rig.array.lattice == "square" else pitch * sin(pi / 3.0)
     holds(
         inspect_rig(rig)["array"],
         {
+            "lattice": rig.array.lattice,
             "field_of_view_deg": degrees(2.0 * atan(pitch / (2.0 * g))),
             "views": pitch / 0.078,
-            "spatial_nyquist_per_mm": 1.0 / (2.0 * pitch),
+            "spatial_nyquist_per_mm": 1.0 / (2.0 * rows),
             "depth_of_field_mm": pitch * g / 0.078,
             "eyebox_mm": pitch * m / g,
             "best_pinhole_um": 1000.0 * sqrt(2.0 * 545e-6 * g),

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from vrlf.app.preview.steps import altered
 from vrlf.model import Rig
 from vrlf.optics import lines as lines_module
 from vrlf.optics.eye import eye_optics
@@ -122,7 +123,7 @@ def pieces_of(given_rig: Rig, side: Any, rays: int, phases: Light) -> float:
         table.crossing_cells, table.landing_px, table.share, strict=True
     ):
         if share > 0.0:
-            cell = nearest_cell(phases[:, None] + begin[:2] + along * begin[2:])
+            cell = nearest_cell(lattice, phases[:, None] + begin[:2] + along * begin[2:])
             bent = lattice.bend * (cell - phases[:, None]) @ per_cell.T
             pixel = np.floor(landing[:2] + along * landing[2:] + bent + 0.5)
             place = np.concatenate([cell, pixel], axis=-1)
@@ -131,27 +132,52 @@ def pieces_of(given_rig: Rig, side: Any, rays: int, phases: Light) -> float:
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_a_ray_is_a_piece(side: Any) -> None:
+@pytest.mark.parametrize("cells", ["square", "hexagonal"])
+def test_a_ray_is_a_piece(side: Any, cells: str) -> None:
     phases = np.random.default_rng(2).random((40, 2)) - 0.5
+    given_rig = altered(OBLIQUE, {"array": {"lattice": cells}})
     # Counts are rounded to whole pairs of lines of some eight pieces.
-    assert pieces_of(OBLIQUE, side, 512, phases) == pytest.approx(512, rel=0.1)
+    assert pieces_of(given_rig, side, 512, phases) == pytest.approx(512, rel=0.1)
 
 
-def test_points_of_holes_come_from_where_they_say() -> None:
+@pytest.mark.parametrize("cells", ["square", "hexagonal"])
+def test_how_many_borders_a_way_meets(cells: str) -> None:
+    lattice = lattice_of(altered(OBLIQUE, {"array": {"lattice": cells}}))
+    assert lattice is not None
+    random = np.random.default_rng(6)
+    moved = random.normal(size=(400, 2)) * [3.0, 2.0]
+    begin = 20.0 * random.random((400, 1, 2))
+    way = begin + np.linspace(0.0, 1.0, 4001)[:, None] * moved[:, None]
+    stepped = np.diff(nearest_cell(lattice, way), axis=1)
+    met = np.any(stepped != 0.0, axis=-1).sum(axis=1)
+    # 400 ways of some four borders, each off by less than one: 2 % of chance.
+    assert met.mean() == pytest.approx(lattice.mean_borders(moved).mean(), rel=0.03)
+    assert np.all(met <= lattice.most_borders(moved) + 2.0)
+    # Along a row of hexagons, through their zigzag, two a pitch.
+    if cells == "hexagonal":
+        start = np.array([0.2, 0.5]) @ np.linalg.inv(lattice.upright_from_cell).T
+        zigzag = start + np.linspace(0.0, 10.0, 40001)[:, None] * [1.0, 0.0]
+        entered = np.diff(nearest_cell(lattice, zigzag), axis=0).any(axis=-1).sum()
+        assert entered == lattice.most_borders(np.array([10.0, 0.0])) == 20
+
+
+@pytest.mark.parametrize("changed", [{}, {"lattice": "hexagonal", "aperture_shape": "square"}])
+def test_points_of_holes_come_from_where_they_say(changed: dict[str, str]) -> None:
     """phi at the pupil point of each is the hole's point, less what the pixel's place moves."""
-    lattice = lattice_of(HOLES)
+    given_rig = altered(HOLES, {"array": changed})
+    lattice = lattice_of(given_rig)
     assert lattice is not None
     for side in SIDES:
-        optics = eye_optics(HOLES, side)
-        points = hole_points(HOLES, lattice, optics, 100, "all")
+        optics = eye_optics(given_rig, side)
+        points = hole_points(given_rig, lattice, optics, 100, "all")
         assert is_open(lattice, points[:, :2]).all()
         assert np.abs(points[:, 2:]).max() <= 0.5
-        table = hole_table(HOLES, optics, 0, points)
-        maps = ray_maps(HOLES, lattice, optics, 0)
+        table = hole_table(given_rig, optics, 0, points)
+        maps = ray_maps(given_rig, lattice, optics, 0)
         for off in (np.zeros(2), np.array([0.3, -0.8])):
             radii = table.pupil_from_cells @ off + table.in_pupil
             phi, psi = maps(radii * optics.pupil_mm / 2.0)
-            per_px = maps.bench.array_from_panel * cells_per_pixel(HOLES, lattice)
+            per_px = maps.bench.array_from_panel * cells_per_pixel(given_rig, lattice)
             crossing = phi + points[:, 2:] @ per_px.T
             assert crossing - table.centre_cells == pytest.approx(off + points[:, :2], abs=1e-12)
             landing = table.centre_px + table.px_from_cells @ off + table.landing_px

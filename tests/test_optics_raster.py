@@ -113,10 +113,10 @@ def test_cells_by_hand(given_rig: Rig, side: Side, y: np.ndarray) -> None:
     assert lattice is not None
     axis = np.array(viewport(given_rig, side).axis_mm)
     q = cell_coordinates(lattice, y + axis)
-    in_cell = q - nearest_cell(q)
+    in_cell = q - nearest_cell(lattice, q)
     # A point within rounding of a border may fall to either side.
-    if np.abs(in_cell).max() < 0.5 - 1e-9:
-        centre = nearest_cell(q) @ lattice.panel_from_cell.T + lattice.origin_mm - axis
+    if np.abs(lattice.normals @ in_cell).max() < 0.5 - 1e-9:
+        centre = nearest_cell(lattice, q) @ lattice.panel_from_cell.T + lattice.origin_mm - axis
         assert centre == pytest.approx(cell_centre_mm(given_rig, side, y), abs=1e-9)
 
 

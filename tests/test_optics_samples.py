@@ -24,7 +24,7 @@ from vrlf.optics import polynomial
 from vrlf.optics.bench import bench_of
 from vrlf.optics.eye import aberration_at, eye_optics
 from vrlf.optics.inverse import crossing_shift_mm, inverse_map
-from vrlf.optics.lattice import cell_coordinates, lattice_of
+from vrlf.optics.lattice import cell_coordinates, lattice_of, nearest_cell
 from vrlf.optics.samples import (
     MAX_POINTS,
     footprint_pixels,
@@ -51,8 +51,8 @@ def away_from_borders(given_rig: Rig, side: Side, y: np.ndarray) -> np.ndarray:
     assert lattice is not None
     axis = np.array(viewport(given_rig, side).axis_mm)
     q = cell_coordinates(lattice, y + axis)
-    t = q - np.round(q)
-    assume(np.abs(t).max() < 0.5 - 1e-6)
+    t = q - nearest_cell(lattice, q)
+    assume(np.abs(lattice.normals @ t).max() < 0.5 - 1e-6)
     return np.asarray(t)
 
 

@@ -65,6 +65,7 @@ def by_twin(rig: Rig, which: AlignmentScreen) -> NDArray[Any]:
 @pytest.mark.parametrize("which", ALIGNMENT_SCREENS)
 def test_a_screen_is_the_twins(device: Device, which: AlignmentScreen) -> None:
     rigs = [SKEW, pass_rigs.SMALL["round-holes-moved"]]
+    rigs.append(altered(SKEW, {"array": {"lattice": "hexagonal"}}))
     if which in ("pitch", "separation"):
         rigs.append(load_rig("bare", overrides=["panel.width_px=233", "panel.pixel_pitch_um=1500"]))
     for rig in rigs:
@@ -135,18 +136,21 @@ def renderer() -> Any:
 
 
 @pytest.mark.parametrize("axis", [0, 1])
-@pytest.mark.parametrize("moved_um", [0.0, 2.0, -10.0])
+@pytest.mark.parametrize(
+    ("moved_um", "cells"), [(0.0, "square"), (2.0, "square"), (-10.0, "square"), (7.0, "hexagonal")]
+)
 def test_a_displaced_array_parts_the_fringes(
-    renderer: GpuRenderer, axis: int, moved_um: float
+    renderer: GpuRenderer, axis: int, moved_um: float, cells: str
 ) -> None:
     """The screen is drawn for the array as it is thought to be, and seen through the true one.
 
     Both halves tell the displacement, but with fringes that run opposite ways: that they meet at
     no other place than the true one.
     """
-    assumed = load_rig("matched-microlens")
-    turn = np.radians(assumed.array.rotation_deg)
-    along = np.array([np.cos(turn), np.sin(turn)]) if axis == 0 else [-np.sin(turn), np.cos(turn)]
+    assumed = load_rig("matched-microlens", overrides=[f"array.lattice={cells}"])
+    # The second axis of hexagons stands 60 degrees to the first.
+    turn = np.radians(assumed.array.rotation_deg + axis * (90.0 if cells == "square" else 60.0))
+    along = np.array([np.cos(turn), np.sin(turn)])
     offset = np.asarray(assumed.array.offset_um) + moved_um * np.asarray(along)
     true = altered(assumed, {"array": {"offset_um": offset.tolist()}})
     renderer.device.make_current()

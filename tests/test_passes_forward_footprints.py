@@ -107,6 +107,18 @@ RIGS: dict[str, Rig] = {
         left={"pupil_mm": 12.0},
         right={"pupil_mm": 11.0},
     ),
+    "hexagons": pass_rigs.rig(
+        67,
+        41,
+        array=pass_rigs.LENSLETS
+        | {
+            "lattice": "hexagonal",
+            "pitch_um": 540.0,
+            "rotation_deg": 19.0,
+            "offset_um": [-45.0, 130.0],
+        },
+        left={"pupil_mm": 3.5, "pupil_offset_mm": [0.5, 0.9], "cylinder_d": -1.0, "axis_deg": 70.0},
+    ),
     # Viewports narrower than a footprint's window.
     "five-columns": pass_rigs.rig(
         5, 4, array=pass_rigs.LENSLETS, headset={"lens_separation_mm": 0.2}, left={"sphere_d": -4.0}
@@ -122,9 +134,21 @@ def test_fast_and_plain_show_the_same(device: Device, name: str, grid: int) -> N
     hold_same(fast(device, rig, target), plain(device, rig, target))
 
 
-@pytest.mark.parametrize("name", ["coma-lenslets", "square-holes-walls", "focused-lenslets"])
+OTHERS = pass_rigs.SMALL | pass_rigs.HEXAGONAL
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "coma-lenslets",
+        "square-holes-walls",
+        "focused-lenslets",
+        "hexagonal-lenslets",
+        "hexagonal-walls",
+    ],
+)
 def test_fast_and_plain_show_the_same_of_the_other_rigs(device: Device, name: str) -> None:
-    rig = pass_rigs.SMALL[name]
+    rig = OTHERS[name]
     target = pass_rigs.picture(rig, seed=8)
     hold_same(fast(device, rig, target), plain(device, rig, target))
 
@@ -175,7 +199,7 @@ def cut_by_the_twin(rig: Rig) -> NDArray[np.bool_]:
                 offset = np.array(optics.pupil_offset_mm)
                 chief = x_mm * bench.array_per_slope_mm + bench.reduced_gap_mm * offset
                 chief = chief / bench.panel_per_slope_mm + np.array(view.axis_mm)
-                cell = nearest_cell(cell_coordinates(lattice, chief))
+                cell = nearest_cell(lattice, cell_coordinates(lattice, chief))
                 texel = centre + seen * np.array([1.0, -1.0]) / pitch_mm(rig) - 0.5
                 limit = np.array([view.width_px, view.height_px]) - 1
                 within = np.all((texel >= 0) & (texel <= limit), axis=-1)

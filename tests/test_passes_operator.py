@@ -28,49 +28,56 @@ from vrlf.solve import Optimal, OptimalTables
 
 Light = NDArray[Any]
 
-RIGS: dict[str, Rig] = {
-    name: pass_rigs.SMALL[name]
-    for name in (
-        "one-chromatic-eye",
-        "full-leaning-walls",
-        "strong-lenslets-full",
-        "focused-lenslets",
-        "coma-lenslets",
-        "round-holes-moved",
-        "square-holes-walls",
-        "own-lens-bare",
-        "bgr-walls",
-        "rgb-walls-turned",
-        "diamonds-lenslets",
-        "rgbg-walls",
-        "diamonds-holes",
-        "rgbg-bare",
-        "glass-bare",
-        "glass-lenslets-walls",
-        "glass-lenslets-full",
-        "glass-without-relief",
-    )
-} | {
-    # Each pixel sees some 180 others through several lenslets: read by the nearest phase.
-    "spread": pass_rigs.rig(
-        63,
-        43,
-        array=pass_rigs.LENSLETS | {"gap_mm": 6.0, "focal_mm": 6.0, "rotation_deg": 7.0},
-        panel={"subpixels": "rgb-stripe"},
-        left={"cylinder_d": -1.0, "axis_deg": 25.0, "pupil_mm": 6.0},
-        right={"sphere_d": -6.0, "pupil_mm": 5.5, "pupil_offset_mm": [0.3, -0.4]},
-    ),
-    # Oblique astigmatism, a turned and moved lattice, axes off the viewports' centres.
-    "oblique": pass_rigs.rig(
-        47,
-        31,
-        headset={"lens_separation_mm": 2.1, "lens_height_mm": 0.4},
-        array=pass_rigs.LENSLETS | {"rotation_deg": 17.0, "offset_um": [60.0, -110.0]},
-        panel={"subpixels": "bgr-stripe"},
-        left={"cylinder_d": -2.0, "axis_deg": 35.0},
-        right={"cylinder_d": -1.5, "axis_deg": 120.0, "pupil_offset_mm": [0.5, -0.8]},
-    ),
-}
+RIGS: dict[str, Rig] = (
+    {
+        name: pass_rigs.SMALL[name]
+        for name in (
+            "one-chromatic-eye",
+            "full-leaning-walls",
+            "strong-lenslets-full",
+            "focused-lenslets",
+            "coma-lenslets",
+            "round-holes-moved",
+            "square-holes-walls",
+            "own-lens-bare",
+            "bgr-walls",
+            "rgb-walls-turned",
+            "diamonds-lenslets",
+            "rgbg-walls",
+            "diamonds-holes",
+            "rgbg-bare",
+            "glass-bare",
+            "glass-lenslets-walls",
+            "glass-lenslets-full",
+            "glass-without-relief",
+        )
+    }
+    | {
+        name: pass_rigs.HEXAGONAL[name]
+        for name in ("hexagonal-lenslets", "hexagonal-walls", "hexagonal-square-holes")
+    }
+    | {
+        # Each pixel sees some 180 others through several lenslets: read by the nearest phase.
+        "spread": pass_rigs.rig(
+            63,
+            43,
+            array=pass_rigs.LENSLETS | {"gap_mm": 6.0, "focal_mm": 6.0, "rotation_deg": 7.0},
+            panel={"subpixels": "rgb-stripe"},
+            left={"cylinder_d": -1.0, "axis_deg": 25.0, "pupil_mm": 6.0},
+            right={"sphere_d": -6.0, "pupil_mm": 5.5, "pupil_offset_mm": [0.3, -0.4]},
+        ),
+        # Oblique astigmatism, a turned and moved lattice, axes off the viewports' centres.
+        "oblique": pass_rigs.rig(
+            47,
+            31,
+            headset={"lens_separation_mm": 2.1, "lens_height_mm": 0.4},
+            array=pass_rigs.LENSLETS | {"rotation_deg": 17.0, "offset_um": [60.0, -110.0]},
+            panel={"subpixels": "bgr-stripe"},
+            left={"cylinder_d": -2.0, "axis_deg": 35.0},
+            right={"cylinder_d": -1.5, "axis_deg": 120.0, "pupil_offset_mm": [0.5, -0.8]},
+        ),
+    }
+)
 # Of what is seen of noise, RMS: the table's phases and quadrature together. Measured 0.01 %
 # (bare) to 2.5 %; three colours apart leave a third of the rays to each, coma sharpens what few
 # rays show.

@@ -119,7 +119,7 @@ def point_on_gpu(rig: Rig, rays: int, point: int) -> dict[str, int]:
     colours = max(len(each) for each in tables)
     flat = [table for each in tables for table in each * (colours // len(each))]
     crossings = [t.array_cells + t.within_cells for t in flat]
-    grid = bins.grid_over(crossings, lattice.half_aperture)
+    grid = bins.grid_over(crossings, lattice.hole_reach)
     orders = [bins.sort_into(grid, each)[0] for each in crossings]
     return {side: int(orders[i * colours][point]) for i, side in enumerate(SIDES)}
 
@@ -262,7 +262,7 @@ def test_each_ray_lies_in_one_bin(
 ) -> None:
     random = np.random.default_rng(seed)
     crossings = [spread * (random.random((count, 2)) - 0.3) for _ in range(2)]
-    grid = bins.grid_over(crossings, half_aperture)
+    grid = bins.grid_over(crossings, np.array([half_aperture, 1.4 * half_aperture]))
     for each in crossings:
         order, starts = bins.sort_into(grid, each)
         assert sorted(order) == list(range(count))

@@ -71,14 +71,14 @@ vec3 through_holes(Retina at, int set) {
     int bins = set * (bin_count.x * bin_count.y + 1);
     // All rays together cross within a rectangle of bins; these are the holes that touch it.
     vec2 start = at.crossed.xy + bin_origin;
-    vec2 low = ceil(start - half_aperture);
-    vec2 high = floor(start + vec2(bin_count) * bin_cells + half_aperture);
+    vec2 low = ceil(start - hole_reach);
+    vec2 high = floor(start + vec2(bin_count) * bin_cells + hole_reach);
     vec3 total = vec3(0.0);
     for (float row = low.y; row <= high.y; row += 1.0) {
         for (float column = low.x; column <= high.x; column += 1.0) {
             vec2 centre = vec2(column, row) - start;
-            ivec2 from = max(ivec2(floor((centre - half_aperture) / bin_cells)), ivec2(0));
-            ivec2 to = min(ivec2(floor((centre + half_aperture) / bin_cells)), bin_count - 1);
+            ivec2 from = max(ivec2(floor((centre - hole_reach) / bin_cells)), ivec2(0));
+            ivec2 to = min(ivec2(floor((centre + hole_reach) / bin_cells)), bin_count - 1);
             if (from.x > to.x) continue;
             for (int y = from.y; y <= to.y; y++) {
                 int line = bins + y * bin_count.x;

@@ -12,6 +12,43 @@ vec2 moving(vec2 v) {
     return mix(v, vec2(1e-9), lessThan(abs(v), vec2(1e-9)));
 }
 
+#if HEXAGONAL
+// Along the normals of a cell's borders: the cell is where all are within 1/2.
+#define BORDERS vec3
+vec3 along_normals(vec2 v) {
+    return vec3(toward_neighbours(v), 0.5 * (v.y - v.x));
+}
+
+vec3 moving(vec3 v) {
+    return mix(v, vec3(1e-9), lessThan(abs(v), vec3(1e-9)));
+}
+
+float first_of(vec3 until) {
+    return min(until.x, min(until.y, until.z));
+}
+
+vec2 inside(vec3 low, vec3 high, vec3 from, vec3 inverse_step) {
+    vec3 a = (low - from) * inverse_step, b = (high - from) * inverse_step;
+    vec3 enter = min(a, b), leave = max(a, b);
+    return vec2(max(enter.x, max(enter.y, enter.z)), first_of(leave));
+}
+
+// Which border comes first, as the step to the neighbour beyond it.
+vec2 across(vec3 until, vec3 toward) {
+    if (until.x <= min(until.y, until.z)) return vec2(toward.x, 0.0);
+    return until.y <= until.z ? vec2(0.0, toward.y) : vec2(-toward.z, toward.z);
+}
+#else
+#define BORDERS vec2
+vec2 along_normals(vec2 v) {
+    return v;
+}
+#endif
+
+float first_of(vec2 until) {
+    return min(until.x, until.y);
+}
+
 // Where a moving point is within a box, as an interval of its way.
 vec2 inside(vec2 low, vec2 high, vec2 from, vec2 inverse_step) {
     vec2 a = (low - from) * inverse_step, b = (high - from) * inverse_step;
@@ -33,9 +70,9 @@ vec3 emission_along(vec2 from, vec2 inverse_step, float low, float high, vec2 co
 // Where the stretch, landing from `place` on, stays in the area that barriers leave to a cell.
 vec2 between_walls(Retina at, vec2 cell, vec2 place, vec2 landing_step) {
     if (barriers == 0) return vec2(0.0, 1.0);
-    vec2 owned = from_owner(at.owner, at.crossed, cell, place);
-    vec2 owned_step = moving(barrier_scale * times(cells_per_px, landing_step));
-    return inside(vec2(-0.5), vec2(0.5), owned, 1.0 / owned_step);
+    BORDERS owned = along_normals(from_owner(at.owner, at.crossed, cell, place));
+    BORDERS step = moving(along_normals(barrier_scale * times(cells_per_px, landing_step)));
+    return inside(BORDERS(-0.5), BORDERS(0.5), owned, 1.0 / step);
 }
 
 // Which of two borders comes first, as a step across it.
@@ -44,11 +81,12 @@ vec2 across(vec2 until, vec2 toward) {
 }
 
 vec3 along(Retina at, int index) {
-    vec2 q = at.crossed.xy + rays[2 * index].xy, q_step = moving(rays[2 * index].zw);
+    vec2 q = at.crossed.xy + rays[2 * index].xy;
+    BORDERS start = along_normals(q), q_step = moving(along_normals(rays[2 * index].zw));
     vec2 landing = landed(at, rays[2 * index + 1].xy);
     vec2 landing_step = moving(rays[2 * index + 1].zw);
-    vec2 q_inverse = 1.0 / q_step, landing_inverse = 1.0 / landing_step;
-    vec2 q_toward = sign(q_step), landing_toward = sign(landing_step);
+    BORDERS q_inverse = 1.0 / q_step, q_toward = sign(q_step);
+    vec2 landing_inverse = 1.0 / landing_step, landing_toward = sign(landing_step);
 
     vec2 cell = nearest_cell(q);
     vec2 place = landing + bend * times(px_per_cell, cell - at.crossed.xy);
@@ -57,10 +95,9 @@ vec3 along(Retina at, int index) {
     float from = 0.0;
     vec3 total = vec3(0.0);
     for (int piece = 0; piece < most_pieces; piece++) {
-        vec2 until_border = (cell + 0.5 * q_toward - q) * q_inverse;
+        BORDERS until_border = (along_normals(cell) + 0.5 * q_toward - start) * q_inverse;
         vec2 until_edge = (pixel + 0.5 * landing_toward - place) * landing_inverse;
-        float border = min(until_border.x, until_border.y);
-        float edge = min(until_edge.x, until_edge.y);
+        float border = first_of(until_border), edge = first_of(until_edge);
         float to = min(min(border, edge), 1.0);
         vec3 weight = emission_along(place, landing_inverse, max(from, walls.x),
                                      min(to, walls.y), pixel - 0.5,

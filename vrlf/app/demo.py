@@ -259,13 +259,14 @@ def _array_note(rig: Rig) -> str:
     array = rig.array
     if array.kind == "none":
         return "no array: the target itself"
+    lattice = " in hexagons" if array.lattice == "hexagonal" else ""
     turned = f", turned {array.rotation_deg:g} deg" if array.rotation_deg else ""
     what = (
         f"holes of {array.aperture_um:g} um"
         if array.kind == "pinhole"
         else f"lenslets of {array.focal_mm:g} mm focus"
     )
-    return f"{what}, {array.pitch_um:g} um apart, gap {array.gap_mm:g} mm{turned}"
+    return f"{what}, {array.pitch_um:g} um apart{lattice}, gap {array.gap_mm:g} mm{turned}"
 
 
 def _table(chains: list[Chain]) -> list[str]:

@@ -168,10 +168,11 @@ def _array(rig: Rig, numbers: Numbers) -> str:
     if array["kind"] == "none":
         return "Array\n  none: the bare panel"
     kind = "holes" if array["kind"] == "pinhole" else "lenslets"
+    lattice = " in hexagons" if array["lattice"] == "hexagonal" else ""
     return "\n".join(
         [
             "Array",
-            f"  {kind:<15} every {rig.array.pitch_um:g} um, {array['views']:.1f} pixels, "
+            f"  {kind:<15} every {rig.array.pitch_um:g} um{lattice}, {array['views']:.1f} pixels, "
             f"{array['lens_to_array_mm']:.1f} mm behind the lens",
             f"  light left      {100.0 * array['throughput']:.1f} %",
             f"  eyebox          {array['eyebox_mm']:.2f} mm (pupils: "

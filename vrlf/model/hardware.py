@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, BaseModel, Field, ValidationInfo, field_validator
@@ -21,6 +22,10 @@ _NEEDED: Final[dict[str, tuple[tuple[ArrayKind, ...], float, float]]] = {
     "aperture_um": (("pinhole",), 0.1, 100_000.0),
     "gap_index": (("microlens", "pinhole"), 1.0, 3.0),
 }
+# Side of the largest upright square in a regular hexagon that stands on a corner, by the distance
+# of its opposite sides: its corner (s/2, s/2) lies on the border at 60 degrees, s (1 + root 3) / 4
+# from the centre.
+_SQUARE_IN_HEXAGON: Final = sqrt(3.0) - 1.0
 
 _Wavelength = Annotated[float, between(380.0, 780.0)]
 _Unit = Annotated[float, between(0.0, 1.0)]
@@ -143,7 +148,9 @@ class Array(BaseModel):
     ----------
     kind : {"microlens", "pinhole", "none"}
     pitch_um : float
-        Distance between neighbouring cells of the square lattice.
+        Distance between neighbouring cells of the lattice.
+    lattice : {"square", "hexagonal"}
+        A hexagonal one's second axis stands 60 degrees to its first.
     gap_mm, gap_index : float
         Thickness and refractive index of what is between array and panel.
     focal_mm : float
@@ -160,13 +167,14 @@ class Array(BaseModel):
 
     model_config = GIVEN
 
-    # First, because the checks of the other keys ask for it.
+    # First, because the checks of the other keys ask for it; so they do for pitch and shapes.
     kind: ArrayKind
     pitch_um: float = Field(default=0.0, validate_default=True)
+    lattice: Literal["square", "hexagonal"] = "square"
     gap_mm: float = Field(default=0.0, validate_default=True)
     gap_index: float = 1.0
-    aperture_um: float = Field(default=75.0, validate_default=True)
     aperture_shape: Literal["square", "circle"] = "square"
+    aperture_um: float = Field(default=75.0, validate_default=True)
     focal_mm: float = Field(default=0.0, validate_default=True)
     offset_um: Annotated[tuple[_Offset, _Offset], FromList] = (0.0, 0.0)
     rotation_deg: Annotated[float, between(-360.0, 360.0)] = 0.0
@@ -185,6 +193,13 @@ class Array(BaseModel):
     @classmethod
     def _holes_inside_cells(cls, aperture_um: float, info: ValidationInfo) -> float:
         pitch_um = info.data.get("pitch_um")
-        if info.data.get("kind") == "pinhole" and pitch_um and aperture_um > pitch_um:
+        if info.data.get("kind") != "pinhole" or not pitch_um:
+            return aperture_um
+        if aperture_um > pitch_um:
             raise refusal(f"at most the pitch of {pitch_um:g} um")
+        is_hexagonal = info.data.get("lattice") == "hexagonal"
+        if is_hexagonal and info.data.get("aperture_shape") == "square":
+            most_um = pitch_um * _SQUARE_IN_HEXAGON
+            if aperture_um > most_um:
+                raise refusal(f"at most {most_um:.6g} um: larger squares pass a hexagonal cell")
         return aperture_um

@@ -124,7 +124,7 @@ def _correction_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOpti
     sentences += _focus_advice(rig, bench, lattice, optics)
     sentences += _higher_order_advice(rig, optics)
     if found.eyebox_mm < _COVERED * optics.pupil_mm:
-        seen = ceil((optics.pupil_mm / found.eyebox_mm) ** 2)
+        seen = ceil((optics.pupil_mm / found.eyebox_mm) ** 2 / lattice.row_pitches)
         sentences.append(
             f"its pupil of {optics.pupil_mm:g} mm is wider than the eyebox of "
             f"{found.eyebox_mm:.2f} mm: it sees a pixel through up to {seen} openings at once "

@@ -22,7 +22,7 @@ import numpy as np
 
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
-from vrlf.optics.lattice import Lattice, cell_coordinates
+from vrlf.optics.lattice import Lattice, cell_coordinates, nearest_cell
 from vrlf.optics.polynomial import Float
 from vrlf.optics.viewport import SIDES, Side, pitch_mm, viewport
 
@@ -52,8 +52,9 @@ def pupil_shift_mm(rig: Rig) -> dict[Side, Float]:
 
 
 def fringe_cells(rig: Rig, lattice: Lattice) -> float:
-    """N, the cells from fringe to fringe."""
-    return FRINGE_MM * bench_of(rig).array_from_panel / lattice.pitch_mm
+    """N, the rows of cells from fringe to fringe."""
+    row_mm = lattice.pitch_mm * lattice.row_pitches
+    return FRINGE_MM * bench_of(rig).array_from_panel / row_mm
 
 
 def middle_cell(rig: Rig, lattice: Lattice, side: Side) -> Float:
@@ -63,4 +64,4 @@ def middle_cell(rig: Rig, lattice: Lattice, side: Side) -> Float:
     columns = view.first_column + view.width_px / 2.0 - rig.panel.width_px / 2.0
     place = np.array([columns * pitch_mm(rig), 0.0])
     crossing = axis + bench.array_from_panel * (place - axis) + pupil_shift_mm(rig)[side]
-    return np.floor(cell_coordinates(lattice, crossing) + 0.5)
+    return nearest_cell(lattice, cell_coordinates(lattice, crossing))

@@ -64,7 +64,8 @@ def hole_points(rig: Rig, lattice: Lattice, optics: EyeOptics, rays: int, half: 
     square = half_of(sequence.points(count + count % 2), half)
     plain = square[:, :2]
     in_hole = sequence.to_disc(plain) if lattice.round_holes else 2.0 * plain - 1.0
-    return np.concatenate([lattice.half_aperture * in_hole, square[:, 2:] - 0.5], axis=1)
+    in_hole = lattice.half_aperture * in_hole @ np.linalg.inv(lattice.upright_from_cell).T
+    return np.concatenate([in_hole, square[:, 2:] - 0.5], axis=1)
 
 
 def image_cells(rig: Rig, lattice: Lattice, optics: EyeOptics, colour: int) -> float:
@@ -86,7 +87,7 @@ def _reach_cells(maps: RayMaps, phi: Float) -> Float:
     """Half of the pupil's image, a hole's half and what half a pixel moves the crossing."""
     image = np.sqrt(np.sum(phi**2, axis=1))
     half_px = np.abs(maps.crossed_by_px(np.eye(2) / 2.0)).sum(axis=0)
-    return np.asarray(image + maps.lattice.half_aperture + half_px)
+    return np.asarray(image + maps.lattice.hole_reach + half_px)
 
 
 def hole_table(rig: Rig, optics: EyeOptics, colour: int, points: Float) -> HoleTable:

@@ -60,7 +60,7 @@ def inspect_rig(rig: Rig) -> dict[str, Any]:
     found = array_numbers(rig)
     return {
         **{side: eye_numbers(rig, side) for side in SIDES},
-        "array": {"kind": rig.array.kind, **found},
+        "array": {"kind": rig.array.kind, "lattice": _lattice_name(rig), **found},
         "display": display_numbers(rig),
         "headset": headset_numbers(rig),
         "warnings": advice(rig),
@@ -145,6 +145,10 @@ def _residual_numbers(rig: Rig, side: Side) -> dict[str, float | None]:
         if lattice.barriers == "perpendicular":
             numbers["barrier_field_deg"] = limits.barrier_field_deg(bench, lattice, optics)
     return numbers
+
+
+def _lattice_name(rig: Rig) -> str | None:
+    return None if rig.array.kind == "none" else rig.array.lattice
 
 
 def array_numbers(rig: Rig) -> dict[str, float | None]:

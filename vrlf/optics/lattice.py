@@ -1,12 +1,23 @@
 """The array's lattice: cell coordinates, openings, and the areas that barriers leave.
 
-Cell coordinates q count cells: cell (k, l) is centred at q = (k, l), and the place in a
-cell is q - round(q). They are turned with the lattice, so holes are upright in them.
+Cell coordinates q count cells: cell (k, l) is centred at q = (k, l), and the place p in a cell is
+q - (k, l). On a square lattice they are the lattice's own upright axes, in pitches. On a hexagonal
+one the second axis stands 60 degrees to the first,
+
+    upright = S q,  S = [[1, 1/2], [0, sqrt(3)/2]],
+
+so that whatever is linear in q is as it is on a square one, and the determinant of S is a cell's
+area in square pitches. A cell holds what is nearer to its centre than to any other (Voronoi): with
+a_k the upright steps to its neighbours, |a_k| = 1, that is |a_k . S p| <= 1/2. The rows of a_k S
+(``normals``) are (1, 0), (0, 1) on the square lattice, and (1, 1/2), (1/2, 1), (-1/2, 1/2) on the
+hexagonal one, whose cells are hexagons (Conway & Sloane 1999, chapter 4.2, the lattice A2).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,20 +27,32 @@ from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.polynomial import Float
 from vrlf.units import UM_PER_MM
 
+# Rows of a hexagonal lattice lie closer than its cells in a row.
+ROW_PITCHES: Final = sqrt(3.0) / 2.0
+_HEXAGON: Final = np.array([[1.0, 0.5], [0.5, 1.0], [-0.5, 0.5]])
+
+
+def _upright_from_cell(is_hexagonal: bool) -> Float:
+    return np.array([[1.0, 0.5], [0.0, ROW_PITCHES]]) if is_hexagonal else np.eye(2)
+
 
 @dataclass(frozen=True)
 class Lattice:
-    """One square lattice over the whole panel.
+    """One square or hexagonal lattice over the whole panel.
 
     Attributes
     ----------
     kind : "microlens" or "pinhole"
+    is_hexagonal : bool
+    pitch_mm : float
+        From a cell's centre to those of its neighbours.
     cell_from_panel : ndarray (2, 2)
-        Cells per millimetre, panel frame to lattice frame.
+        Cells per millimetre, panel frame to cell coordinates.
     origin_mm : ndarray (2,)
         Centre of cell (0, 0), panel frame.
     half_aperture : float
-        Half a hole's side, or its radius, in cells; infinite for lenslets, which fill theirs.
+        Half a hole's side, or its radius, in pitches; infinite for lenslets, which fill their
+        cells. Square holes are upright in the lattice.
     round_holes : bool
     bend : float
         g / f: how far a lenslet moves a panel point, per millimetre off its centre; 0 for holes.
@@ -40,6 +63,7 @@ class Lattice:
     """
 
     kind: str
+    is_hexagonal: bool
     pitch_mm: float
     cell_from_panel: Float
     origin_mm: Float
@@ -55,12 +79,59 @@ class Lattice:
         return np.asarray(np.linalg.inv(self.cell_from_panel))
 
     @property
+    def upright_from_cell(self) -> Float:
+        """S: pitches along the lattice's upright axes, per cell; shape (2, 2)."""
+        return _upright_from_cell(self.is_hexagonal)
+
+    @property
+    def row_pitches(self) -> float:
+        """From a row of cells to the next, in pitches; a cell's area, in square ones, too."""
+        return ROW_PITCHES if self.is_hexagonal else 1.0
+
+    @property
+    def normals(self) -> Float:
+        """A place p is in its cell where |n . p| <= 1/2 for all these n; shape (k, 2)."""
+        return _HEXAGON if self.is_hexagonal else np.eye(2)
+
+    @property
+    def corners(self) -> Float:
+        """A cell's corners, in cells from its centre; shape (k, 2)."""
+        if self.is_hexagonal:
+            return np.array([[1, 1], [2, -1], [-1, 2], [-1, -1], [-2, 1], [1, -2]]) / 3.0
+        return np.array([[0.5, 0.5], [0.5, -0.5], [-0.5, 0.5], [-0.5, -0.5]])
+
+    @property
+    def hole_reach(self) -> Float:
+        """How far a hole reaches from its centre along each cell coordinate; shape (2,)."""
+        rows = np.linalg.inv(self.upright_from_cell)
+        reach = np.linalg.norm(rows, axis=1) if self.round_holes else np.abs(rows).sum(axis=1)
+        return np.asarray(self.half_aperture * reach)
+
+    @property
     def throughput(self) -> float:
         """The open fraction of the array."""
         if np.isinf(self.half_aperture):
             return 1.0
         side = 2.0 * self.half_aperture
-        return side**2 * (np.pi / 4.0 if self.round_holes else 1.0)
+        return side**2 * (np.pi / 4.0 if self.round_holes else 1.0) / self.row_pitches
+
+    def mean_borders(self, moved: Float) -> Float:
+        """Borders that straight ways of this many cells meet on the average; (..., 2) -> (...).
+
+        A hexagon's borders stand on lines half a pitch apart and cover a third of them.
+        """
+        met = np.abs(moved @ self.normals.T).sum(axis=-1)
+        return np.asarray(2.0 / 3.0 * met if self.is_hexagonal else met)
+
+    def most_borders(self, moved: Float) -> Float:
+        """The most that a straight way can meet, less those of its two ends; (..., 2) -> (...).
+
+        Each border is a step to a neighbour; on a hexagonal lattice that leads at least half a
+        pitch on along the neighbour's direction that the way is nearest to.
+        """
+        if self.is_hexagonal:
+            return np.asarray(2.0 * np.abs(moved @ self.normals.T).max(axis=-1))
+        return self.mean_borders(moved)
 
 
 def lattice_of(rig: Rig) -> Lattice | None:
@@ -71,13 +142,15 @@ def lattice_of(rig: Rig) -> Lattice | None:
     bench = bench_of(rig)
     pitch_mm = array.pitch_um / UM_PER_MM
     turn = np.radians(array.rotation_deg)
+    is_hexagonal = array.lattice == "hexagonal"
     # The inverse of an anticlockwise turn.
     upright = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     pinhole = array.kind == "pinhole"
     return Lattice(
         kind=array.kind,
+        is_hexagonal=is_hexagonal,
         pitch_mm=pitch_mm,
-        cell_from_panel=upright / pitch_mm,
+        cell_from_panel=np.linalg.inv(_upright_from_cell(is_hexagonal)) @ upright / pitch_mm,
         origin_mm=np.array(array.offset_um) / UM_PER_MM,
         half_aperture=array.aperture_um / array.pitch_um / 2.0 if pinhole else float("inf"),
         round_holes=pinhole and array.aperture_shape == "circle",
@@ -96,13 +169,27 @@ def cell_coordinates(lattice: Lattice, panel_frame_mm: Float) -> Float:
     return np.asarray((panel_frame_mm - lattice.origin_mm) @ lattice.cell_from_panel.T)
 
 
-def nearest_cell(q: Float) -> Float:
-    """The cell that holds q; a point on a border belongs to the cell above it."""
-    return np.floor(q + 0.5)
+def nearest_cell(lattice: Lattice, q: Float) -> Float:
+    """The cell that holds q; a point on a border belongs to the cell above it.
+
+    On a hexagonal lattice the nearest whole numbers are that cell or a neighbour, across the
+    border of the coordinate that is farther off: where p = q - floor(q + 1/2) has coordinates of
+    unlike signs no n . p passes 1/2, and where they are alike the larger one's is the larger.
+    Borders belong to one cell each, the same wherever it stands.
+    """
+    square = np.floor(q + 0.5)
+    if not lattice.is_hexagonal:
+        return square
+    p = q - square
+    first = (np.abs(p[..., 0]) >= np.abs(p[..., 1]))[..., None]
+    axis = np.where(first, [1.0, 0.0], [0.0, 1.0])
+    across = np.sum(axis * (p @ _HEXAGON[:2].T), axis=-1, keepdims=True)
+    return np.asarray(square + axis * np.floor(across + 0.5))
 
 
 def is_open(lattice: Lattice, in_cell: Float) -> NDArray[np.bool_]:
-    """Whether the array passes light at a place in its cell, q - round(q); (..., 2) -> (...)."""
+    """Whether the array passes light at a place in its cell, q - its centre; (..., 2) -> (...)."""
+    upright = in_cell @ lattice.upright_from_cell.T
     if lattice.round_holes:
-        return np.asarray(np.sum(in_cell**2, axis=-1) <= lattice.half_aperture**2)
-    return np.asarray(np.max(np.abs(in_cell), axis=-1) <= lattice.half_aperture)
+        return np.asarray(np.sum(upright**2, axis=-1) <= lattice.half_aperture**2)
+    return np.asarray(np.max(np.abs(upright), axis=-1) <= lattice.half_aperture)

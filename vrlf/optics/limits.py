@@ -47,7 +47,7 @@ def array_limits(rig: Rig) -> ArrayLimits | None:
         throughput=lattice.throughput,
         field_of_view_deg=degrees(2.0 * atan(cell_mm / (2.0 * gap_mm))),  # T 4.1
         views=cell_mm / pitch_mm(rig),
-        spatial_nyquist_per_mm=1.0 / (2.0 * cell_mm),
+        spatial_nyquist_per_mm=1.0 / (2.0 * cell_mm * lattice.row_pitches),
         depth_of_field_mm=cell_mm * gap_mm / pitch_mm(rig),
         eyebox_mm=cell_mm * bench.panel_per_slope_mm / gap_mm,
         best_pinhole_um=sqrt(2.0 * green_mm * gap_mm) * UM_PER_MM,  # T 7.1

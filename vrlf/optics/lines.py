@@ -77,7 +77,7 @@ def stretches(rig: Rig, optics: EyeOptics, colour: int, rays: int, half: Half) -
     along = _direction(maps)
     parts = _parts(maps, along, rays)
     trial = _cut(maps, along, 16, parts)
-    pieces = float(_moves(maps, trial).sum()) / 16.0
+    pieces = float(_pieces(maps, trial)[0].sum()) / 16.0
     count = 2 * max(_FEWEST_LINES // 2, round(rays / pieces / 2.0))
     lines = _cut(maps, along, count, parts)
     if half == "all":
@@ -138,7 +138,7 @@ def _direction(maps: RayMaps) -> Float:
     landing = 2.0 * along @ psi.T + maps.landed_by_px(rightward) - bent
     boxes = layout(maps.rig.panel.subpixels).lit
     sides = (boxes[:, 2:] - boxes[:, :2]).mean(axis=0)
-    borders = np.abs(crossing).sum(axis=1) + np.sum(np.abs(landing) / sides, axis=1)
+    borders = maps.lattice.mean_borders(crossing) + np.sum(np.abs(landing) / sides, axis=1)
     return np.asarray(along[int(np.argmax(borders))])
 
 
@@ -175,12 +175,11 @@ def _table(maps: RayMaps, lines: Stretches) -> tuple[Float, Float]:
     return crossing, psi + maps.landed_by_px(within_px) - bent
 
 
-def _moves(maps: RayMaps, lines: Stretches) -> Float:
-    """How many pieces a stretch falls into on the average: one, and one for each border."""
-    crossing, landing = _table(maps, lines)
-    return np.asarray(
-        1.0 + sum(np.abs(each[:, 1] - each[:, 0]).sum(axis=1) for each in (crossing, landing))
-    )
+def _pieces(maps: RayMaps, lines: Stretches) -> tuple[Float, Float]:
+    """How many a stretch falls into, on the average and at most: one, and one for each border."""
+    crossing, landing = (each[:, 1] - each[:, 0] for each in _table(maps, lines))
+    edges = 1.0 + np.abs(landing).sum(axis=1)
+    return maps.lattice.mean_borders(crossing) + edges, maps.lattice.most_borders(crossing) + edges
 
 
 def line_table(
@@ -196,6 +195,6 @@ def line_table(
         crossing_cells=np.concatenate([crossing[:, 0], crossing[:, 1] - crossing[:, 0]], axis=1),
         landing_px=np.concatenate([landing[:, 0], landing[:, 1] - landing[:, 0]], axis=1),
         share=lines.share * len(lines.share),
-        # Each coordinate may meet one border more than it is long.
-        pieces=ceil(float(_moves(maps, lines).max())) + 4,
+        # Each coordinate may meet one border more than it is long; hexagons two in all.
+        pieces=ceil(float(_pieces(maps, lines)[1].max())) + 4,
     )

@@ -83,3 +83,8 @@ def cells_per_pixel(rig: Rig, lattice: Lattice) -> Float:
 def pixels_per_cell(rig: Rig, lattice: Lattice) -> Float:
     """Pixels (right, down) per cell, shape (2, 2)."""
     return np.asarray(RASTER_FLIP @ lattice.panel_from_cell / pitch_mm(rig))
+
+
+def half_cell_px(rig: Rig, lattice: Lattice) -> Float:
+    """How far a cell's corners lie from its centre, right and down, at most; shape (2,)."""
+    return np.asarray(np.abs(lattice.corners @ pixels_per_cell(rig, lattice).T).max(axis=0))

@@ -35,14 +35,17 @@ class BinGrid:
     count: tuple[int, int]
 
 
-def grid_over(crossings: list[Float], half_aperture: float) -> BinGrid:
-    """The common grid of several sets of crossings, each (n, 2) in cells."""
+def grid_over(crossings: list[Float], hole_reach: Float) -> BinGrid:
+    """The common grid of several sets of crossings, each (n, 2) in cells, behind holes of a reach.
+
+    ``hole_reach`` is a hole's from its centre in both cell coordinates, (2,).
+    """
     low = np.min([c.min(axis=0) for c in crossings], axis=0)
     high = np.max([c.max(axis=0) for c in crossings], axis=0)
     # A margin, so that rounding to 32 bits puts no ray outside.
     margin = 1e-4 * (1.0 + high - low)
     low, extent = low - margin, high - low + 2.0 * margin
-    wanted = extent / (2.0 * half_aperture / BINS_PER_HOLE)
+    wanted = extent / (2.0 * hole_reach / BINS_PER_HOLE)
     count = np.clip(np.ceil(wanted), 1, MAX_BINS).astype(int)
     return BinGrid(low, extent / count, (int(count[0]), int(count[1])))
 
@@ -64,13 +67,13 @@ def sort_into(grid: BinGrid, crossings: Float) -> tuple[NDArray[np.int64], NDArr
     return order, starts.astype(np.int32)
 
 
-def visits_per_ray(half_aperture: float) -> int:
+def visits_per_ray(hole_reach: Float) -> int:
     """How often a search may meet a ray, at most: a bin may lie under four wide holes."""
-    return 4 if 2.0 * half_aperture * (1.0 + 2.0 / BINS_PER_HOLE) > 1.0 else 1
+    return 4 if 2.0 * float(hole_reach.max()) * (1.0 + 2.0 / BINS_PER_HOLE) > 1.0 else 1
 
 
-def loop_turns(grid: BinGrid, half_aperture: float) -> float:
+def loop_turns(grid: BinGrid, hole_reach: Float) -> float:
     """Turns that a search of the bins under all holes of the grid takes, at most."""
-    holes = grid.size * grid.count + 2.0 * half_aperture + 1.0
-    lines = 2.0 * half_aperture / grid.size[1] + 2.0
+    holes = grid.size * grid.count + 2.0 * hole_reach + 1.0
+    lines = 2.0 * hole_reach[1] / grid.size[1] + 2.0
     return float(np.prod(holes) * (1.0 + lines))

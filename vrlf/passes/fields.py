@@ -33,7 +33,8 @@ LATTICE_FIELDS = (
     Field("vec4", "cells_per_px", "2x2, cells per pixel to the right and down"),
     Field("vec4", "px_per_cell", "2x2, its inverse"),
     Field("float", "array_from_panel", "array height of a chief ray per panel height"),
-    Field("float", "half_aperture", "half a hole's side, or its radius, in cells"),
+    Field("vec2", "hole_reach", "how far a hole reaches from its centre, in cells"),
+    Field("float", "half_aperture", "half a hole's side, or its radius, in pitches"),
     Field("float", "barrier_scale", "what a panel point is multiplied with to find its owner"),
     Field("int", "round_holes", "1 if holes are circles"),
     Field("int", "barriers", "1 if walls divide the panel among the cells"),
@@ -45,6 +46,7 @@ LATERAL_FIELDS = (
 )
 # Stands for "no edge": larger than any place in a cell, small enough to square.
 _OPEN = 1.0e9
+_ZEROS = {"vec2": np.zeros(2), "vec4": np.zeros(4)}
 
 
 def viewport_values(rig: Rig) -> dict[str, Any]:
@@ -72,16 +74,22 @@ def subpixel_defines(rig: Rig) -> dict[str, int]:
 def lattice_values(rig: Rig, lattice: Lattice | None) -> dict[str, Any]:
     """For ``LATTICE_FIELDS``; zeros without an array."""
     if lattice is None:
-        return {field.name: np.zeros(4) if field.kind == "vec4" else 0 for field in LATTICE_FIELDS}
+        return {field.name: _ZEROS.get(str(field.kind), 0) for field in LATTICE_FIELDS}
     return {
         "cells_per_px": cells_per_pixel(rig, lattice).ravel(),
         "px_per_cell": pixels_per_cell(rig, lattice).ravel(),
         "array_from_panel": bench_of(rig).array_from_panel,
+        "hole_reach": np.minimum(lattice.hole_reach, _OPEN),
         "half_aperture": min(lattice.half_aperture, _OPEN),
         "barrier_scale": lattice.barrier_scale,
         "round_holes": int(lattice.round_holes),
         "barriers": int(lattice.barriers != "none"),
     }
+
+
+def lattice_defines(lattice: Lattice | None) -> dict[str, int]:
+    """For ``include/lattice.glsl``."""
+    return {"HEXAGONAL": int(lattice is not None and lattice.is_hexagonal)}
 
 
 def lateral_values(rig: Rig, magnifications: Sequence[float]) -> dict[str, Any]:

@@ -51,6 +51,7 @@ from vrlf.passes.fields import (
     VIEWPORT_FIELDS,
     crossing_rasters,
     lateral_values,
+    lattice_defines,
     lattice_values,
     padded,
     subpixel_defines,
@@ -107,6 +108,7 @@ class ForwardTables:
             "WALLS": int(lattice.barriers == "perpendicular"),
             **subpixel_defines(rig),
             "LATERAL": int(is_lateral(rig)),
+            **lattice_defines(lattice),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         # The middle column of an odd width is done with the left eye's.

@@ -19,6 +19,7 @@ from vrlf.passes.fields import (
     LATTICE_FIELDS,
     SUBPIXEL_FIELDS,
     VIEWPORT_FIELDS,
+    lattice_defines,
     lattice_rasters,
     lattice_values,
     subpixel_defines,
@@ -54,6 +55,7 @@ class PlainForwardTables:
             "DEGREE": moves.shape[1] - 1,
             "RAY_SETS": ray_sets,
             **subpixel_defines(rig),
+            **lattice_defines(lattice),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.displacements = Buffer(device, moves, label="displacements")

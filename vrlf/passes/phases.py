@@ -66,7 +66,7 @@ def _pixels_seen(rig: Rig, side: Side, lattice: Lattice) -> int:
     """How many panel pixels the pupil shows of the retinal pixel in the middle of a cell."""
     table = ray_tables(rig, side, _FEWEST_RAYS)[0]
     crossing = table.array_cells + table.within_cells
-    in_cell = crossing - nearest_cell(crossing)
+    in_cell = crossing - nearest_cell(lattice, crossing)
     open_rays = is_open(lattice, in_cell)
     bent = lattice.bend * in_cell @ pixels_per_cell(rig, lattice).T
     landing = table.landing_px + table.within_landing_px - bent

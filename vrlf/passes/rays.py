@@ -33,6 +33,7 @@ from vrlf.passes.fields import (
     SUBPIXEL_FIELDS,
     crossing_rasters,
     lateral_values,
+    lattice_defines,
     lattice_values,
     subpixel_defines,
     subpixel_values,
@@ -159,6 +160,7 @@ class PerceiveTables:
             "BY_HOLE": int(quadrature == "holes"),
             **subpixel_defines(rig),
             "LATERAL": int(is_lateral(rig)),
+            **lattice_defines(lattice),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.throughput = 1.0 if lattice is None else lattice.throughput
@@ -227,7 +229,7 @@ def _point_sets(
     if lattice is None:
         return _Sets(tables, values, 1, 1.0)
     lanes = _SOFTWARE_LANES if device.info.is_software else 1
-    turns = visits_per_ray(lattice.half_aperture) * lanes
+    turns = visits_per_ray(lattice.hole_reach) * lanes
     return _Sets(tables, values, turns, lattice.throughput)
 
 
@@ -306,8 +308,8 @@ def _bins(tables: list[_Rows], lattice: Lattice | None) -> BinGrid | None:
     """The grid that blind points behind a mask are sorted into; None where no search pays."""
     if lattice is None:
         return None
-    grid = grid_over([table.crossings for table in tables], lattice.half_aperture)
-    turns = loop_turns(grid, lattice.half_aperture)
+    grid = grid_over([table.crossings for table in tables], lattice.hole_reach)
+    turns = loop_turns(grid, lattice.hole_reach)
     return grid if turns * max(1, len(tables) // 2) <= _HOLE_TURNS else None
 
 

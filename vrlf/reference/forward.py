@@ -122,7 +122,7 @@ def retinal_points(
     chief = (x_mm * bench.array_per_slope_mm + bench.reduced_gap_mm * offset) / (
         bench.panel_per_slope_mm
     )
-    cell = cells.nearest_cell(cells.cell_coordinates(lattice, chief + axis))
+    cell = cells.nearest_cell(lattice, cells.cell_coordinates(lattice, chief + axis))
     c = cell @ lattice.panel_from_cell.T + lattice.origin_mm - axis
     # The ray through that lenslet's centre is not bent there.
     beta = (x_mm - c) / bench.reduced_gap_mm
@@ -138,7 +138,7 @@ def retinal_points(
     # these rays. (With a moved pupil that is the rule of the design's known results.)
     if lattice.barriers == "perpendicular":
         owner = cells.cell_coordinates(lattice, lattice.barrier_scale * x_mm + axis)
-        meets = meets & np.all(cells.nearest_cell(owner) == cell, axis=-1)
+        meets = meets & np.all(cells.nearest_cell(lattice, owner) == cell, axis=-1)
     return seen, meets.astype(np.float64)
 
 

@@ -78,7 +78,7 @@ def trace(
         zero = np.zeros_like(y)
         return Landing(y, y + bench.reduced_gap_mm * beta, zero, zero)
     q = cells.cell_coordinates(lattice, y + np.array(view.axis_mm))
-    cell = cells.nearest_cell(q)
+    cell = cells.nearest_cell(lattice, q)
     # Be bent by the lenslet (or not, in a hole) and cross the gap.
     from_centre_mm = (q - cell) @ lattice.panel_from_cell.T
     x = y + bench.reduced_gap_mm * beta - lattice.bend * from_centre_mm
@@ -182,17 +182,20 @@ class Gather:
         """Whether no barrier stands between a cell and the panel point reached through it."""
         if lattice.barriers == "none":
             return np.ones(landing.cell.shape[:2], dtype=bool)
-        owner = cells.nearest_cell(self._barrier_coordinates(lattice, landing))
+        owner = cells.nearest_cell(lattice, self._barrier_coordinates(lattice, landing))
         return np.asarray(np.all(owner == landing.cell, axis=-1))
 
     def _is_whole(self, lattice: Lattice, landing: Landing) -> Bool:
         """Whether all rays of a retinal pixel pass one lenslet and no barrier cuts them."""
-        spread = float(np.abs(lattice.cell_from_panel[0]).sum()) * self._pitch_mm / 2.0
+        # How far a pixel's corners are from its middle, toward each border of a cell.
+        normals = lattice.normals
+        spread = np.abs(normals @ lattice.cell_from_panel).sum(axis=1) * self._pitch_mm / 2.0
         at_array = spread * self._bench.array_from_retina
-        whole = np.max(np.abs(landing.in_cell), axis=-1) <= 0.5 - at_array
+        whole = np.all(np.abs(landing.in_cell @ normals.T) <= 0.5 - at_array, axis=-1)
         if lattice.barriers != "none":
-            off = np.abs(self._barrier_coordinates(lattice, landing) - landing.cell)
-            whole &= off.max(axis=-1) <= 0.5 - spread * lattice.barrier_scale * self._kappa
+            off = (self._barrier_coordinates(lattice, landing) - landing.cell) @ normals.T
+            most = 0.5 - spread * lattice.barrier_scale * self._kappa
+            whole &= np.all(np.abs(off) <= most, axis=-1)
         return np.asarray(whole)
 
     def emitting(self, raster: Float) -> Hit:

@@ -105,7 +105,7 @@ def _along(half: Float, eye: _Eye, lines: Stretches, index: int) -> Float:
 
     everywhere = np.zeros(half.shape[:2])
     begin, end = at(everywhere), at(everywhere + 1.0)
-    borders = _crossings(_coordinates(eye, begin.array_mm), _coordinates(eye, end.array_mm), (0.5,))
+    borders = _borders(eye, _coordinates(eye, begin.array_mm), _coordinates(eye, end.array_mm))
     total = np.zeros(half.shape)
     for low, high in _between([borders]):
         middle = at((low + high) / 2.0)
@@ -139,7 +139,17 @@ def _panel_cuts(eye: _Eye, begin: Landing, end: Landing) -> Iterator[Float]:
     if eye.lattice.barriers != "none":
         scale = eye.lattice.barrier_scale
         ends = [_coordinates(eye, scale * each.panel_mm) for each in (begin, end)]
-        yield _crossings(ends[0], ends[1], (0.5,))
+        yield _borders(eye, ends[0], ends[1])
+
+
+def _borders(eye: _Eye, first: Float, last: Float) -> Float:
+    """Where what moves from ``first`` to ``last``, in cells, may pass from cell to cell.
+
+    A hexagon's borders stand on lines half a pitch apart, of which they cover a third.
+    """
+    normals = eye.lattice.normals
+    edges = (0.0, 0.5) if eye.lattice.is_hexagonal else (0.5,)
+    return _crossings(first @ normals.T, last @ normals.T, edges)
 
 
 def _crossings(first: Float, last: Float, edges: tuple[float, ...]) -> Float:
@@ -214,9 +224,11 @@ def _array_per_pupil(eye: _Eye) -> Float:
 
 def _cells_about(eye: _Eye, middle: Landing, map_mm: Float) -> Iterator[Float]:
     """For every pixel the cells whose holes the pupil may show, one of each in turn; (H, w, 2)."""
-    nearest = nearest_cell(_coordinates(eye, middle.array_mm))
+    nearest = nearest_cell(eye.lattice, _coordinates(eye, middle.array_mm))
     extent = np.linalg.norm(eye.lattice.cell_from_panel @ map_mm, axis=1)
-    reach = np.ceil(extent * eye.optics.pupil_mm / 2.0 + 1.0).astype(int)
+    # From a cell's centre to its corner, and from another's to the end of its hole.
+    beside = np.abs(eye.lattice.corners).max(axis=0) + eye.lattice.hole_reach
+    reach = np.ceil(extent * eye.optics.pupil_mm / 2.0 + beside).astype(int)
     for column in range(-reach[0], reach[0] + 1):
         for row in range(-reach[1], reach[1] + 1):
             yield nearest + np.array([column, row])

@@ -25,7 +25,7 @@ from vrlf.optics.lateral import forward_changes
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.limits import barrier_field_mm
 from vrlf.optics.polynomial import Float
-from vrlf.optics.raster import pixels_per_cell
+from vrlf.optics.raster import half_cell_px, pixels_per_cell
 from vrlf.optics.samples import ray_tables
 from vrlf.optics.sequence import points
 from vrlf.optics.subpixels import layout
@@ -153,7 +153,7 @@ def _reach_px(rig: Rig) -> tuple[int, NDArray[np.int_]]:
         spread = max(float(np.abs(p + s).max()) for p, s in zip(landing, shift, strict=True))
     else:
         shift = np.zeros((2, 2), int)
-        bend_px = lattice.bend * np.abs(pixels_per_cell(rig, lattice)).sum(axis=1).max() / 2.0
+        bend_px = lattice.bend * half_cell_px(rig, lattice).max()
         spread = max(float(np.ptp(each, axis=0).max()) for each in landing) + float(bend_px)
     return min(_MOST_REACH_PX, ceil(spread) + 2), shift
 
