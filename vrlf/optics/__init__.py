@@ -9,6 +9,7 @@ wavefront    Zernike terms as polynomials
 refraction   prescriptions, power vectors, matrices, transverse aberration
 eye          an eye's wavefront, accommodated, for each colour of the panel
 glass        refractive indices of lens materials
+lenslet/     a lenslet's own surfaces: foci, rays, spots, diffraction, achromats
 bench        distances and powers of the headset
 distortion   the headset lens's radial distortion, and the way back
 viewport     which columns an eye sees, where its axis meets the panel
