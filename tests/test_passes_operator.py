@@ -45,6 +45,8 @@ RIGS: dict[str, Rig] = {
         "glass-lenslets-walls",
         "glass-lenslets-full",
         "glass-without-relief",
+        "dispersing-lenslets-walls",
+        "dispersing-lenslets-glass",
     )
 } | {
     # Each pixel sees some 180 others through several lenslets: read by the nearest phase.
@@ -70,7 +72,12 @@ RIGS: dict[str, Rig] = {
 # Of what is seen of noise, RMS: the table's phases and quadrature together. Measured 0.01 %
 # (bare) to 2.5 %; three colours apart leave a third of the rays to each, coma sharpens what few
 # rays show.
-PERCEIVED_WITHIN = {"one-chromatic-eye": 0.045, "coma-lenslets": 0.045, "round-holes-moved": 0.04}
+PERCEIVED_WITHIN = {
+    "one-chromatic-eye": 0.045,
+    "coma-lenslets": 0.045,
+    "round-holes-moved": 0.04,
+    "dispersing-lenslets-walls": 0.045,
+}
 # Of blind rays few meet a hole: there a row takes as many as it may have.
 RAYS_AN_EYE = {"round-holes-moved": 1 << 25, "square-holes-walls": 1 << 25}
 

@@ -9,6 +9,7 @@ file             holds
 fields           configuration and field types that all tables share
 eye              ``Eye`` and its ``Zernike`` wavefront
 glasses          the catalogue of lens materials
+lenslet          ``Lenslet``: its surfaces
 hardware         ``Panel``, ``Headset``, ``Array`` and the headset lens's power
 rig              ``Prefilter`` and the whole ``Rig``; checks between its tables
 wording          how messages quote a value
@@ -29,7 +30,8 @@ from __future__ import annotations
 from vrlf.model.cardboard import FieldOfView, ViewerProfile, read_profile
 from vrlf.model.cardboard_rig import headset_table, rig_text_of_profile, viewer_name
 from vrlf.model.eye import Eye, Zernike
-from vrlf.model.hardware import SUBPIXEL_LAYOUTS, Array, Headset, Panel, lens_power_d
+from vrlf.model.hardware import SUBPIXEL_LAYOUTS, Array, Headset, Panel, focal_mm, lens_power_d
+from vrlf.model.lenslet import Lenslet
 from vrlf.model.prescription import parse_prescription
 from vrlf.model.reading import load_rig, rig_from_tables
 from vrlf.model.rig import Prefilter, Rig, rig_json_schema
@@ -42,11 +44,13 @@ __all__ = [
     "Eye",
     "FieldOfView",
     "Headset",
+    "Lenslet",
     "Panel",
     "Prefilter",
     "Rig",
     "ViewerProfile",
     "Zernike",
+    "focal_mm",
     "headset_table",
     "lens_power_d",
     "load_rig",

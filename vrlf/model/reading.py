@@ -115,8 +115,27 @@ def _laid(layers: Sequence[Layer], name: str) -> dict[str, Any]:
             layer = with_profile(layer, panel, folder)
         except InputError as error:
             raise RigError(name, [f"headset.{error}"]) from None
-        tables = merged(tables, layer)
+        tables = merged(_outdated_left_out(tables, layer), layer)
     return tables
+
+
+def _outdated_left_out(tables: Mapping[str, Any], layer: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The tables without what a new layer's lenslet replaces.
+
+    That is the focal length of the one before it, and its surfaces where they are given another
+    way: one lens, or lists.
+    """
+    array, change = tables.get("array"), layer.get("array")
+    if not isinstance(array, Mapping) or not isinstance(change, Mapping):
+        return tables
+    lenslet, old = change.get("lenslet"), array.get("lenslet")
+    if not isinstance(lenslet, Mapping):
+        return tables
+    kept = {key: value for key, value in array.items() if key != "focal_mm"}
+    other_way = isinstance(old, Mapping) and ("radii_mm" in lenslet) != ("radii_mm" in old)
+    if other_way and not {"radii_mm", "radius_mm"}.isdisjoint(lenslet):
+        kept.pop("lenslet")
+    return {**tables, "array": kept}
 
 
 def _located(source: str | Path, folder: Path) -> Path:

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from vrlf.errors import InputError
 from vrlf.model.glasses import glasses
+from vrlf.model.lenslet import DESIGN_WAVELENGTH_NM
 from vrlf.units import NM_PER_UM, REFERENCE_WAVELENGTH_NM
 
 # Fraunhofer's lines of the Abbe number: helium's d, hydrogen's F and C.
-D_LINE_NM, F_LINE_NM, C_LINE_NM = 587.56, 486.13, 656.28
+D_LINE_NM, F_LINE_NM, C_LINE_NM = DESIGN_WAVELENGTH_NM, 486.13, 656.28
 
 
 def index_at(name: str, wavelength_nm: float) -> float:
