@@ -15,9 +15,9 @@ from vrlf.model.saving import new_rig_file, rig_of_text, rig_tables, rig_text
 from vrlf.optics.bench import bench_of, bends_apart, colour_benches, is_lateral, widest_bend
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.glass import index_at
+from vrlf.optics.lattice import lattice_of
 from vrlf.optics.lenslet.given import focal_mm_of_colour, lens_of
 from vrlf.optics.lenslet.paraxial import power_per_mm
-from vrlf.optics.lattice import lattice_of
 from vrlf.optics.limits import opening_blur_mm
 from vrlf.optics.quadrature import colours_of
 from vrlf.reference.forward import forward

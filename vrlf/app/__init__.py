@@ -12,6 +12,8 @@ preview/    what the window is made of
 rendering   ``render``: its frames without it
 encoder     a picture on the GPU as the codes that files hold
 facts       ``inspect``, ``rigs``, ``doctor``
+lenslets    ``lenslet``: how well the array's lenslets focus
+lenslet_words the text of that
 profiles    ``profile``: a viewer's code as a rig
 words       the text of ``inspect``
 demo        ``demo``: the whole chain on shipped content

@@ -13,6 +13,7 @@ from vrlf import __version__
 from vrlf.app.benching import bench
 from vrlf.app.demo import demo
 from vrlf.app.facts import doctor, inspect, rigs
+from vrlf.app.lenslets import lenslet
 from vrlf.app.options import say
 from vrlf.app.pictures import chart, perceive, prefilter
 from vrlf.app.previewing import preview
@@ -65,6 +66,7 @@ for _command in (
     preview,
     render,
     inspect,
+    lenslet,
     doctor,
     rigs,
     profile,

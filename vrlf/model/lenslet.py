@@ -14,6 +14,7 @@ from vrlf.units import NM_PER_UM
 # Helium's d line, at which lenses are designed.
 DESIGN_WAVELENGTH_NM: Final = 587.56
 _MOST_SURFACES: Final = 9
+_LEAST_ABBE: Final = 5.0
 # nd/V as optical glasses are written, 1.52/55; the index alone has no dispersion.
 _NUMBERS: Final = re.compile(r"(\d+(?:\.\d+)?)(?:/(\d+(?:\.\d+)?))?")
 
@@ -33,15 +34,23 @@ def glass_numbers(text: str) -> GlassNumbers | None:
     return GlassNumbers(float(found[1]), None if found[2] is None else float(found[2]))
 
 
-def _known_glass(text: str) -> str:
+def is_glass(text: str) -> bool:
+    """Whether a text names a catalogued glass, or an index and Abbe number as glass has."""
     numbers = glass_numbers(text)
-    good = text in glasses()
-    if numbers is not None:
-        good = 1.0 < numbers.n_d <= 3.0
-        good &= numbers.abbe is None or 5.0 <= numbers.abbe <= 200.0
-    if not good:
-        names = ", ".join(f'"{name}"' for name in glasses())
-        raise refusal(f'{names}, or index and Abbe number as "1.52/55"')
+    if numbers is None:
+        return text in glasses()
+    abbe = _LEAST_ABBE if numbers.abbe is None else numbers.abbe
+    return 1.0 < numbers.n_d <= 3.0 and _LEAST_ABBE <= abbe <= 200.0
+
+
+def wanted_glass() -> str:
+    """What a glass may be, for messages."""
+    return ", ".join(f'"{name}"' for name in glasses()) + ', or index and Abbe number as "1.52/55"'
+
+
+def _known_glass(text: str) -> str:
+    if not is_glass(text):
+        raise refusal(wanted_glass())
     return text
 
 

@@ -45,8 +45,10 @@ _LINE_OF: Final = {
 }
 
 
-def check_plot(path: str) -> Path:
+def check_plot(path: str, option: str = "--plot") -> Path:
     """Make sure that a plot can be drawn and put at ``path``, before anything is measured.
+
+    ``option`` asked for it.
 
     Raises
     ------
@@ -63,7 +65,7 @@ def check_plot(path: str) -> Path:
     target = check_target(path)
     if find_spec("matplotlib") is None:
         raise InputError(
-            "--plot: found no matplotlib, wanted it installed; pip install 'vrlf[plots]'"
+            f"{option}: found no matplotlib, wanted it installed; pip install 'vrlf[plots]'"
         )
     return target
 
@@ -159,6 +161,11 @@ def _finish(figure: Figure, axes: Axes, path: str | Path) -> None:
     """Name the lines beside the picture, draw it, and write it whole."""
     axes.spines[["top", "right"]].set_visible(False)
     figure.legend(loc="outside right upper", frameon=False, fontsize="small", handlelength=3.5)
+    save_figure(figure, path)
+
+
+def save_figure(figure: Figure, path: str | Path) -> None:
+    """Draw a figure in the path's format and write it whole."""
     drawn = io.BytesIO()
     kind = Path(path).suffix.lower().removeprefix(".")
     figure.savefig(drawn, format=kind, dpi=_DOTS_PER_INCH)

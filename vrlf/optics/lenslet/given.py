@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from vrlf.errors import InputError
 from vrlf.model import Rig, focal_mm
-from vrlf.model.lenslet import Lenslet, faces, glass_numbers
+from vrlf.model.lenslet import Lenslet, faces, glass_numbers, is_glass, wanted_glass
 from vrlf.optics.lenslet.paraxial import power_per_mm
 from vrlf.optics.lenslet.surfaces import AIR, Lens, Medium, Surface, curvature
 from vrlf.units import UM_PER_MM
 
 
 def medium_of(glass: str) -> Medium:
-    """A glass as a rig names it: catalogued, or "1.52/55"."""
+    """A glass as a rig names it: catalogued, or "1.52/55".
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    if not is_glass(glass):
+        raise InputError(f"glass: found {glass[:40]!r}, wanted {wanted_glass()}")
     numbers = glass_numbers(glass)
     if numbers is None:
         return Medium(glass)
