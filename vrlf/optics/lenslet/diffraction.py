@@ -7,7 +7,8 @@ Fresnel numbers of lenslets being high enough for Debye's integral (N = a^2 / (l
 the thesis's). The optical transfer function is the autocorrelation of exp(i k W) over (L, M), and
 a shift by dL stands for n dL / lambda lines a millimetre (Hopkins 1955; Goodman 2005, sec. 6.4).
 Direction cosines are taken to go evenly over the aperture (Abbe's sine condition), at the mean
-step of the rays traced.
+step of the rays traced: over a cell's field of some degrees they do; at 20 degrees a thesis's lens
+so seems 5 % sharper along the field than its rays are.
 """
 
 from __future__ import annotations
