@@ -56,7 +56,7 @@ vec4 landing_of(Retina at) {
 #elif ARRAY == 1
     vec2 q = at.crossed.xy + rays[2 * index].xy;
     vec2 cell = nearest_cell(q);
-    vec2 bent = bend * times(px_per_cell, cell - at.crossed.xy);
+    vec2 bent = BEND_OF(index) * times(px_per_cell, cell - at.crossed.xy);
     return vec4(q - cell, landed(at, rays[2 * index + 1].xy + bent));
 #elif BY_HOLE
     vec2 centre = at.crossed.xy + hole_seen[set].xy;

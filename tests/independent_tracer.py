@@ -211,7 +211,7 @@ def passes_walls(setup: Setup, cell: Points, x: Points) -> Any:
 
 def trace(setup: Setup, colour: int, X: Points, u: Points) -> tuple[Points, Any]:
     """Where the backward rays meet the panel, relative to the axis, and which get there."""
-    array = setup.rig.array
+    rig, array = setup.rig, setup.rig.array
     alpha = X / setup.at_589.m + aberration(setup, colour, u)
     h = u + setup.relief * alpha
     beta = alpha - setup.lens * h
@@ -221,7 +221,7 @@ def trace(setup: Setup, colour: int, X: Points, u: Points) -> tuple[Points, Any]
     place = to_lattice(setup, y)
     cell = nearest_centre(setup, place)
     if array.kind == "microlens":
-        x = y + setup.gap * (beta - (y - from_lattice(setup, cell)) / array.focal_mm)
+        x = y + setup.gap * (beta - (y - from_lattice(setup, cell)) / focal_mm(rig, colour))
         return x, passes_walls(setup, cell, x)
     x = y + setup.gap * beta
     off = np.abs(place - cell) * array.pitch_um
@@ -249,6 +249,17 @@ def emitter(name: str, colour: int, i: Any, j: Any) -> tuple[Any, Any, Any, Any,
     # Red stands on the dark squares of a chess board, blue on the others.
     has = (i + j) % 2 == colour // 2
     return left, top, np.where(has, right, left), bottom, 2 / ((right - left) * (bottom - top))
+
+
+def focal_mm(rig: Rig, colour: int) -> float:
+    """As given, or r / (n - 1) of a plano-convex lenslet, n = A + B / lambda^2 (Cauchy)."""
+    lenslet = rig.array.lenslet
+    if lenslet is None:
+        return rig.array.focal_mm
+    n_d, abbe = (float(part) for part in lenslet.glass.split("/"))  # type: ignore[union-attr]
+    um = rig.panel.wavelengths_nm[colour] / 1000
+    b = (n_d - 1) / abbe / (1 / 0.48613**2 - 1 / 0.65628**2)
+    return lenslet.radius_mm / (n_d + b * (1 / um**2 - 1 / 0.58756**2) - 1)  # type: ignore[operator]
 
 
 def emitted(setup: Setup, panel: Points, colour: int, x: Points) -> Points:
@@ -303,7 +314,7 @@ def perceived(panel: Points, rig: Rig, rays: int, seed: int) -> Points:
             u = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
             u = u + np.array(setup.eye.pupil_offset_mm)
             for colour in range(3):
-                if colour == 0 or setup.eye.chromatic or rig.headset.glass:
+                if colour == 0 or setup.eye.chromatic or rig.headset.glass or rig.array.lenslet:
                     x, through = trace(setup.of(colour), colour, X, u)
                 light = emitted(setup, panel, colour, x) * through
                 out[:, setup.columns, colour] += light.sum(axis=-1)

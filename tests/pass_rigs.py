@@ -52,6 +52,10 @@ def picture(given: Rig, seed: int = 5) -> NDArray[np.float32]:
 
 
 LENSLETS = {"kind": "microlens", "pitch_um": 390.0, "gap_mm": 3.0, "focal_mm": 1.95}
+# An index of 1.6 and an Abbe number of 8, as no glass has: no colour passes for another.
+_DISPERSING: dict[str, Any] = {key: LENSLETS[key] for key in ("kind", "pitch_um", "gap_mm")} | {
+    "lenslet": {"radius_mm": 1.17, "thickness_mm": 0.4, "glass": "1.6/8"}
+}
 HOLES = {"kind": "pinhole", "pitch_um": 390.0, "gap_mm": 6.0, "aperture_um": 130.0}
 # Axes so far beside the panel that red and blue are seen a pixel apart, and more.
 FAR_OFF_GLASS = {
@@ -203,6 +207,23 @@ SMALL: dict[str, Rig] = {
         array=HOLES | {"aperture_shape": "circle", "barriers": "converging"},
         right={"zernike": _COMA},
     ),
+    # Lenslets of glass: each colour is bent by its own focal length, 1.83, 1.95 and 2.21 mm.
+    "dispersing-lenslets-walls": rig(
+        44,
+        31,
+        array=_DISPERSING | {"rotation_deg": 13.0, "barriers": "converging", "gap_index": 1.2},
+        left={"cylinder_d": -1.5, "axis_deg": 30.0},
+        right={"pupil_offset_mm": [0.6, -0.3]},
+    ),
+    # The same behind a lens of glass: colours apart in every way.
+    "dispersing-lenslets-glass": rig(
+        45,
+        30,
+        panel={"subpixels": "full"},
+        headset=FAR_OFF_GLASS,
+        array=_DISPERSING | {"offset_um": [60.0, -25.0]},
+        right={"zernike": _COMA, "chromatic": True},
+    ),
     # No relief: the colours focus differently, but are magnified alike.
     "glass-without-relief": rig(
         44, 31, headset={"glass": "polycarbonate"}, array=LENSLETS | {"rotation_deg": 11.0}
@@ -215,6 +236,12 @@ _COMA_AND_DEFOCUS: dict[str, Any] = {
 }
 # Rigs that no known result covers, for the independent tracer, each joining what the others lack.
 APART: dict[str, Rig] = {
+    "dispersing-lenslets-turned": rig(
+        25,
+        16,
+        array=_DISPERSING | {"rotation_deg": 9.0, "barriers": "converging"},
+        left={"pupil_offset_mm": [0.3, -0.5], "cylinder_d": -1.5, "axis_deg": 70.0},
+    ),
     "walls-stripes-relief": rig(
         24,
         17,

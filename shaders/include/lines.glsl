@@ -4,8 +4,16 @@
 // through one lenslet. Places along it run from 0 to 1.
 //
 // Needs what rays.glsl needs; rays[2 i] is where stretch i crosses the array (cells) and how
-// far that moves, rays[2 i + 1] the same on the panel (pixels), within[i].x its share.
+// far that moves, rays[2 i + 1] the same on the panel (pixels), within[i].x its share,
+// within[i].y how much its colour's lenslets bend.
 // Twin: vrlf/reference/quadrature.py. Derivation: vrlf/optics/lines.py.
+
+// g / f of the lenslets that a line passes; one for all lines, or with BENDS its colour's own.
+#if BENDS
+#define BEND_OF(index) within[index].y
+#else
+#define BEND_OF(index) bend
+#endif
 
 // No component so small that its inverse is not finite.
 vec2 moving(vec2 v) {
@@ -89,7 +97,7 @@ vec3 along(Retina at, int index) {
     vec2 landing_inverse = 1.0 / landing_step, landing_toward = sign(landing_step);
 
     vec2 cell = nearest_cell(q);
-    vec2 place = landing + bend * times(px_per_cell, cell - at.crossed.xy);
+    vec2 place = landing + BEND_OF(index) * times(px_per_cell, cell - at.crossed.xy);
     vec2 pixel = floor(place + 0.5);
     vec2 walls = between_walls(at, cell, place, landing_step);
     float from = 0.0;
@@ -107,7 +115,7 @@ vec3 along(Retina at, int index) {
         from = max(from, to);
         if (border <= edge) {
             cell += across(until_border, q_toward);
-            place = landing + bend * times(px_per_cell, cell - at.crossed.xy);
+            place = landing + BEND_OF(index) * times(px_per_cell, cell - at.crossed.xy);
             pixel = floor(place + from * landing_step + 0.5);
             walls = between_walls(at, cell, place, landing_step);
         } else {

@@ -13,6 +13,8 @@ rendering   ``render``: its frames without it
 encoder     a picture on the GPU as the codes that files hold
 eyes        ``eye``: what each eye makes of a point
 facts       ``inspect``, ``rigs``, ``doctor``
+lenslets    ``lenslet``: how well the array's lenslets focus
+lenslet_words the text of that
 profiles    ``profile``: a viewer's code as a rig
 words       the text of ``inspect``
 demo        ``demo``: the whole chain on shipped content

@@ -12,6 +12,7 @@ eye              ``Eye``, or a ``Camera`` in its place
 toml_file        TOML files read with one line for what is wrong
 layouts          sub-pixel layouts, files of ``assets/layouts``
 glasses          the catalogue of lens materials
+lenslet          ``Lenslet``: its surfaces
 hardware         ``Panel``, ``Headset``, ``Array`` and the headset lens's power
 tolerance        what a panel image is to put up with: pupils, focus, an array put off
 rig              ``Prefilter`` and the whole ``Rig``; checks between its tables
@@ -35,8 +36,9 @@ from __future__ import annotations
 from vrlf.model.cardboard import FieldOfView, ViewerProfile, read_profile
 from vrlf.model.cardboard_rig import headset_table, rig_text_of_profile, viewer_name
 from vrlf.model.eye import Camera, Eye
-from vrlf.model.hardware import Array, Headset, Panel, Primaries, lens_power_d
+from vrlf.model.hardware import Array, Headset, Panel, Primaries, focal_mm, lens_power_d
 from vrlf.model.layouts import SubpixelLayout, layout_names, subpixel_layout
+from vrlf.model.lenslet import Lenslet
 from vrlf.model.prescription import parse_prescription, prescription_text
 from vrlf.model.reading import load_rig, rig_from_tables
 from vrlf.model.rig import Prefilter, Rig, rig_json_schema
@@ -51,6 +53,7 @@ __all__ = [
     "Eye",
     "FieldOfView",
     "Headset",
+    "Lenslet",
     "Panel",
     "Prefilter",
     "Primaries",
@@ -60,6 +63,7 @@ __all__ = [
     "Tolerance",
     "ViewerProfile",
     "Zernike",
+    "focal_mm",
     "headset_table",
     "layout_names",
     "lens_power_d",

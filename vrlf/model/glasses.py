@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from functools import cache
+from math import sqrt
 from typing import Annotated
 
 from pydantic import BaseModel
@@ -38,6 +39,13 @@ class Glass(BaseModel):
     powers: Pairs = ()
     nd: float | None = None
     vd: float | None = None
+
+    def index(self, wavelength_um: float) -> float:
+        """Refractive index in air: Sellmeier 1871; or a series of powers, as Schott's of 1967."""
+        if self.powers:
+            return sqrt(sum((a * float(wavelength_um**p) for a, p in self.powers), 0.0))
+        square = wavelength_um**2
+        return sqrt(1.0 + sum(b * square / (square - c) for b, c in self.sellmeier))
 
 
 @cache

@@ -10,10 +10,13 @@ from pydantic import AfterValidator, BaseModel, Field, ValidationInfo, field_val
 from vrlf.model.fields import GIVEN, FromList, between, refusal
 from vrlf.model.glasses import glasses
 from vrlf.model.layouts import layout_names, names_wanted
+from vrlf.model.lenslet import Lenslet, design_power_per_mm
 from vrlf.units import MM_PER_M
 
 ArrayKind = Literal["microlens", "pinhole", "none"]
 
+# A focal length that is given beside a lenslet's surfaces may be rounded to three digits.
+_ROUNDED: Final = 0.005
 # Key of [array], the kinds that need it, the least and the most it may be.
 _NEEDED: Final[dict[str, tuple[tuple[ArrayKind, ...], float, float]]] = {
     "pitch_um": (("microlens", "pinhole"), 1.0, 100_000.0),
@@ -153,8 +156,10 @@ class Array(BaseModel):
         A hexagonal one's second axis stands 60 degrees to its first.
     gap_mm, gap_index : float
         Thickness and refractive index of what is between array and panel.
+    lenslet : Lenslet or None
+        A lenslet's surfaces; None is an ideal one of ``focal_mm``.
     focal_mm : float
-        Focal length of the lenslets.
+        Focal length of the lenslets; 0 where it follows from ``lenslet``. `focal_mm` resolves it.
     aperture_um, aperture_shape : float, {"square", "circle"}
         Side or diameter of the holes.
     offset_um : (float, float)
@@ -175,6 +180,7 @@ class Array(BaseModel):
     gap_index: float = 1.0
     aperture_shape: Literal["square", "circle"] = "square"
     aperture_um: float = Field(default=75.0, validate_default=True)
+    lenslet: Lenslet | None = None
     focal_mm: float = Field(default=0.0, validate_default=True)
     offset_um: Annotated[tuple[_Offset, _Offset], FromList] = (0.0, 0.0)
     rotation_deg: Annotated[float, between(-360.0, 360.0)] = 0.0
@@ -185,6 +191,12 @@ class Array(BaseModel):
     def _needed_by_the_kind(cls, value: float, info: ValidationInfo) -> float:
         kinds, least, most = _NEEDED[info.field_name or ""]
         kind = info.data.get("kind", "none")
+        if info.field_name == "focal_mm" and kind == "microlens":
+            if "lenslet" not in info.data or "gap_index" not in info.data:
+                return value  # what is wrong there is said there
+            if info.data["lenslet"] is not None:
+                _check_focal(value, info.data["lenslet"], info.data["gap_index"])
+                return value
         if kind in kinds and not least <= value <= most:
             raise refusal(f'a number from {least:g} to {most:g} for kind "{kind}"')
         return value
@@ -203,3 +215,27 @@ class Array(BaseModel):
             if aperture_um > most_um:
                 raise refusal(f"at most {most_um:.6g} um: larger squares pass a hexagonal cell")
         return aperture_um
+
+
+def focal_mm(array: Array) -> float:
+    """Focal length of the array's lenslets at the d line: what their surfaces make of it, or given.
+
+    Behind a solid spacer it is the reduced one, as the gap that the ray equations know.
+    """
+    if array.lenslet is None:
+        return array.focal_mm
+    return 1.0 / design_power_per_mm(array.lenslet, array.gap_index)
+
+
+def _check_focal(focal_mm: float, lenslet: Lenslet, gap_index: float) -> None:
+    """Refuse surfaces that focus nothing, and another focal length beside them."""
+    _, least, most = _NEEDED["focal_mm"]
+    power = design_power_per_mm(lenslet, gap_index)
+    if not 1.0 / most <= power <= 1.0 / least:
+        raise refusal(
+            f"a focal length from {least:g} to {most:g} mm",
+            key="array.lenslet",
+            found="surfaces of none" if power <= 0.0 else f"surfaces of {1.0 / power:.4g} mm",
+        )
+    if focal_mm != 0.0 and abs(focal_mm * power - 1.0) > _ROUNDED:
+        raise refusal(f"{1.0 / power:.4g}, what array.lenslet makes of it, or no focal_mm")

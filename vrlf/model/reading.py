@@ -116,7 +116,7 @@ def _laid(layers: Sequence[Layer], name: str) -> dict[str, Any]:
             layer = with_profile(layer, _table(panel, "panel"), folder)
         except InputError as error:
             raise RigError(name, [f"headset.{error}"]) from None
-        tables = laid_over(tables, layer, folder, source=source)
+        tables = laid_over(_outdated_left_out(tables, layer), layer, folder, source=source)
     return tables
 
 
@@ -124,6 +124,25 @@ def _table(tables: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     """A table, or an empty one where something else stands in its place."""
     table = tables.get(name)
     return table if isinstance(table, Mapping) else {}
+
+
+def _outdated_left_out(tables: Mapping[str, Any], layer: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The tables without what a new layer's lenslet replaces.
+
+    That is the focal length of the one before it, and its surfaces where they are given another
+    way: one lens, or lists.
+    """
+    array, change = tables.get("array"), layer.get("array")
+    if not isinstance(array, Mapping) or not isinstance(change, Mapping):
+        return tables
+    lenslet, old = change.get("lenslet"), array.get("lenslet")
+    if not isinstance(lenslet, Mapping):
+        return tables
+    kept = {key: value for key, value in array.items() if key != "focal_mm"}
+    other_way = isinstance(old, Mapping) and ("radii_mm" in lenslet) != ("radii_mm" in old)
+    if other_way and not {"radii_mm", "radius_mm"}.isdisjoint(lenslet):
+        kept.pop("lenslet")
+    return {**tables, "array": kept}
 
 
 def _located(source: str | Path, folder: Path) -> Path:

@@ -10,6 +10,7 @@ from vrlf.model.eye import Eye
 from vrlf.model.fields import GIVEN, above, between, refusal
 from vrlf.model.glasses import glasses
 from vrlf.model.hardware import Array, Headset, Panel, lens_power_d
+from vrlf.model.lenslet import faces
 from vrlf.model.tolerance import Tolerance
 from vrlf.units import MM_PER_M, NM_PER_UM
 
@@ -100,7 +101,7 @@ class Rig(BaseModel):
     def _knows_its_colours(cls, headset: Headset, info: ValidationInfo) -> Headset:
         panel = info.data.get("panel")
         if panel is not None and headset.glass is not None:
-            _check_known_colours(panel, headset.glass)
+            _check_known_colours(panel, headset.glass, "headset.glass")
         return headset
 
     @field_validator("array", mode="after")
@@ -110,15 +111,20 @@ class Rig(BaseModel):
         if headset is not None:
             _check_array_between_lens_and_panel(headset, array)
             _check_relief(headset, array)
+        panel = info.data.get("panel")
+        if panel is not None and array.kind == "microlens" and array.lenslet is not None:
+            names = [face.glass for face in faces(array.lenslet) if face.glass in glasses()]
+            for name in dict.fromkeys(names):
+                _check_known_colours(panel, str(name), "array.lenslet's")
         return array
 
 
-def _check_known_colours(panel: Panel, name: str) -> None:
+def _check_known_colours(panel: Panel, name: str, whose: str) -> None:
     """Refuse colours at which the lenses' material was not measured."""
     low, high = (NM_PER_UM * end for end in glasses()[name].range_um)
     if not all(low <= nm <= high for nm in panel.wavelengths_nm):
         raise refusal(
-            f'wavelengths from {low:g} to {high:g} nm, where headset.glass "{name}" is known',
+            f'wavelengths from {low:g} to {high:g} nm, where {whose} "{name}" is known',
             key="panel.wavelengths_nm",
         )
 

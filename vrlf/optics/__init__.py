@@ -12,6 +12,7 @@ eye          an eye's wavefront, accommodated, for each colour of the panel; cam
 pupil        the wavefront with which a point of the panel is seen, its RMS and its rays
 psf          point spread functions by rays and by diffraction, modulation transfer
 glass        refractive indices of lens materials
+lenslet/     a lenslet's own surfaces: foci, rays, spots, diffraction, achromats
 bench        distances and powers of the headset
 distortion   the headset lens's radial distortion, and the way back
 viewport     which columns an eye sees, where its axis meets the panel

@@ -6,7 +6,7 @@ from math import atan, ceil, degrees
 
 import numpy as np
 
-from vrlf.model import Eye, Rig
+from vrlf.model import Eye, Rig, focal_mm
 from vrlf.optics import limits
 from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.distortion import coefficients_of, edge_radius, turning_radius
@@ -151,7 +151,7 @@ def _focus_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOptics) -
         else f"{best_mm:.2f} mm would for its mean error"
     )
     return [
-        f"lenslets of {rig.array.focal_mm:g} mm do not image the panel onto its plane of focus "
+        f"lenslets of {focal_mm(rig.array):.4g} mm do not image the panel onto its plane of focus "
         f"(one alone blurs a point over {blur_px:.1f} pixels); {remedy}"
     ]
 

@@ -15,8 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from vrlf.errors import InputError
-from vrlf.model import Rig, lens_power_d
+from vrlf.model import Rig, focal_mm, lens_power_d
 from vrlf.optics.glass import relative_power
+from vrlf.optics.lenslet.given import focal_mm_of_colour
 from vrlf.units import MM_PER_M
 
 
@@ -25,7 +26,8 @@ class Bench:
     """Paraxial distances of a rig; millimetres and 1/mm.
 
     ``lens_power_per_mm`` is that of the bench's own colour, ``naming_power_per_mm`` that of
-    589 nm; only with ``headset.glass`` are they two.
+    589 nm; only with ``headset.glass`` are they two. ``bend`` is g / f of the lenslets: how far
+    one moves a panel point, per millimetre off its centre; 0 for holes.
     """
 
     relief_mm: float
@@ -34,6 +36,7 @@ class Bench:
     lens_to_array_mm: float
     reduced_gap_mm: float
     has_array: bool
+    bend: float = 0.0
 
     @property
     def lens_to_panel_mm(self) -> float:
@@ -100,11 +103,19 @@ def bench_of(rig: Rig) -> Bench:
         lens_to_array_mm=headset.lens_to_panel_mm - gap_mm,
         reduced_gap_mm=gap_mm / array.gap_index if has_array else 0.0,
         has_array=has_array,
+        bend=_bend(rig, focal_mm(array)),
     )
 
 
+def _bend(rig: Rig, focal_mm: float) -> float:
+    array = rig.array
+    return array.gap_mm / array.gap_index / focal_mm if array.kind == "microlens" else 0.0
+
+
 def colour_benches(rig: Rig) -> tuple[Bench, Bench, Bench]:
-    """The bench of each of the panel's colours; all are ``bench_of`` without ``headset.glass``.
+    """The bench of each of the panel's colours; all are ``bench_of`` without dispersion.
+
+    ``headset.glass`` and ``[array.lenslet]`` bring it.
 
     Raises
     ------
@@ -112,12 +123,15 @@ def colour_benches(rig: Rig) -> tuple[Bench, Bench, Bench]:
         If the eye stands so far behind a strong lens that a colour has no upright image.
     """
     bench, glass = bench_of(rig), rig.headset.glass
-    if glass is None:
-        return bench, bench, bench
 
-    def of(nm: float) -> Bench:
+    def of(colour: int) -> Bench:
+        nm, made = rig.panel.wavelengths_nm[colour], bench
+        if rig.array.kind == "microlens" and rig.array.lenslet is not None:
+            made = replace(made, bend=_bend(rig, focal_mm_of_colour(rig, colour)))
+        if glass is None:
+            return made
         power_per_mm = bench.lens_power_per_mm * relative_power(glass, nm)
-        made = replace(bench, lens_power_per_mm=power_per_mm)
+        made = replace(made, lens_power_per_mm=power_per_mm)
         if made.panel_per_slope_mm <= 0.0:
             raise InputError(
                 f"headset.eye_relief_mm: found {bench.relief_mm:g}, where lenses of {glass} show "
@@ -125,8 +139,18 @@ def colour_benches(rig: Rig) -> tuple[Bench, Bench, Bench]:
             )
         return made
 
-    red, green, blue = (of(nm) for nm in rig.panel.wavelengths_nm)
-    return red, green, blue
+    return of(0), of(1), of(2)
+
+
+def widest_bend(rig: Rig) -> float:
+    """The largest g / f of the panel's colours."""
+    return max(bench.bend for bench in colour_benches(rig))
+
+
+def bends_apart(rig: Rig) -> bool:
+    """Whether the lenslets bend the colours differently."""
+    first, *others = colour_benches(rig)
+    return any(bench.bend != first.bend for bench in others)
 
 
 def is_lateral(rig: Rig) -> bool:

@@ -124,7 +124,7 @@ def opening_blur_mm(bench: Bench, lattice: Lattice, optics: EyeOptics) -> float:
     reach = bench.panel_per_slope_mm / bench.reduced_gap_mm
     at_array = bench.array_per_slope_mm * optics.matrix_d / MM_PER_M
     phi = bench.array_defocus_factor * np.eye(2) + at_array
-    unfocused = worst_meridian(blur_matrix(bench, optics) - lattice.bend * phi)
+    unfocused = worst_meridian(blur_matrix(bench, optics) - bench.bend * phi)
     opening_mm = 2.0 * min(lattice.half_aperture, 0.5) * lattice.pitch_mm
     # An opening's rays spread over the pupil by (m / g) (1 - (g / f) a): it may be smaller.
     kappa = abs(footprint_scale(bench, lattice))

@@ -134,7 +134,7 @@ def _direction(maps: RayMaps) -> Float:
     phi, psi = maps.linear()
     rightward = np.array([1.0, 0.0])
     crossing = 2.0 * along @ phi.T + maps.crossed_by_px(rightward)
-    bent = maps.lattice.bend * crossing @ pixels_per_cell(maps.rig, maps.lattice).T
+    bent = maps.bench.bend * crossing @ pixels_per_cell(maps.rig, maps.lattice).T
     landing = 2.0 * along @ psi.T + maps.landed_by_px(rightward) - bent
     boxes = layout(maps.rig.panel.subpixels).lit
     sides = (boxes[:, 2:] - boxes[:, :2]).mean(axis=0)
@@ -162,7 +162,7 @@ def _sag_px(maps: RayMaps, along: Float, parts: int) -> float:
     middle = maps(ends.mean(axis=1))
     sags = [np.abs(each.mean(axis=1) - mid) for each, mid in zip(maps(ends), middle, strict=True)]
     # What a crossing is off, the lenslet bends.
-    bend = max(maps.lattice.bend, 1.0) * maps.lattice.pitch_mm / pitch_mm(maps.rig)
+    bend = max(maps.bench.bend, 1.0) * maps.lattice.pitch_mm / pitch_mm(maps.rig)
     return float(max(sags[0].max() * bend, sags[1].max()))
 
 
@@ -171,7 +171,7 @@ def _table(maps: RayMaps, lines: Stretches) -> tuple[Float, Float]:
     phi, psi = maps(lines.from_centre_mm)
     within_px = lines.within_pixel_mm @ (RASTER_FLIP / pitch_mm(maps.rig)).T
     crossing = phi + maps.crossed_by_px(within_px)
-    bent = maps.lattice.bend * crossing @ pixels_per_cell(maps.rig, maps.lattice).T
+    bent = maps.bench.bend * crossing @ pixels_per_cell(maps.rig, maps.lattice).T
     return crossing, psi + maps.landed_by_px(within_px) - bent
 
 

@@ -82,7 +82,7 @@ def _openings(rig: Rig, lattice: Lattice, optics: EyeOptics) -> tuple[Float, Flo
     psi = bench.defocus_factor * u_mm + bench.panel_per_slope_mm * slope
     if abs(scale) < _LEAST_SCALE:
         scale = _LEAST_SCALE
-    seen_mm = (lattice.bend * phi - psi) / scale  # of x = 0 through c = 0
+    seen_mm = (bench.bend * phi - psi) / scale  # of x = 0 through c = 0
     crossing = bench.array_from_panel * seen_mm + phi
     # Another c moves X by -(g / f) c / scale, and the crossing by a times that: what counts is
     # y - c, which moves by -c / scale.

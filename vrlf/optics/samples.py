@@ -137,7 +137,7 @@ def footprint_scale(bench: Bench, lattice: Lattice | None) -> float:
     """
     if lattice is None:
         return bench.panel_from_retina
-    return bench.panel_from_retina - lattice.bend * bench.array_from_retina
+    return bench.panel_from_retina - bench.bend * bench.array_from_retina
 
 
 def uses_area_means(bench: Bench, lattice: Lattice | None) -> bool:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vrlf.gpu import Buffer, Device, Field
 from vrlf.model import Rig
-from vrlf.optics.bench import colour_benches, is_lateral
+from vrlf.optics.bench import bench_of, bends_apart, colour_benches, is_lateral
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.holes import HoleTable, hole_points, hole_table
 from vrlf.optics.lattice import Lattice, lattice_of
@@ -48,7 +48,7 @@ RAY_FIELDS = (
     *SUBPIXEL_FIELDS,
     *LATTICE_FIELDS,
     *LATERAL_FIELDS,
-    Field("float", "bend", "g / f of a lenslet, 0 for a hole"),
+    Field("float", "bend", "g / f of a lenslet, 0 for a hole; with BENDS it is each line's own"),
     Field("int", "most_pieces", "into which a stretch of a line can be cut"),
     Field(
         "vec4",
@@ -161,6 +161,7 @@ class PerceiveTables:
             **subpixel_defines(rig),
             "LATERAL": int(is_lateral(rig)),
             **lattice_defines(lattice),
+            "BENDS": int(bends_apart(rig)),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.throughput = 1.0 if lattice is None else lattice.throughput
@@ -170,7 +171,7 @@ class PerceiveTables:
             **lattice_values(rig, lattice),
             **lateral_values(rig, [bench.panel_from_retina for bench in colour_benches(rig)]),
             **sets.values,
-            "bend": 0.0 if lattice is None else lattice.bend,
+            "bend": bench_of(rig).bend,
         }
         grid_of = lattice if quadrature == "points" else None
         scales = [bench.array_from_retina for bench in colour_benches(rig)]
@@ -249,13 +250,14 @@ def _line_sets(rig: Rig, rays: int, half: Half, colours: int, values: dict[str, 
         for side in SIDES
     ]
     flat = [table for each in tables for table in each * (colours // len(each))]
+    bends = [bench.bend for bench in colour_benches(rig)[:colours]] * len(SIDES)
     # Shader tables are of one length; what a shorter one lacks weighs nothing.
     longest = max(len(table.share) for table in flat)
     rows = []
-    for table in flat:
+    for table, bend in zip(flat, bends, strict=True):
         share = table.share * (longest / len(table.share))
         both = np.concatenate([table.crossing_cells, table.landing_px], axis=1)
-        within = np.stack([share, np.zeros_like(share)], axis=-1)
+        within = np.stack([share, np.full_like(share, bend)], axis=-1)
         fill = ((0, longest - len(share)), (0, 0))
         rows.append(_Rows(np.pad(both, fill), np.pad(within, fill), np.zeros((longest, 0))))
     pieces = max(table.pieces for table in flat)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vrlf.gpu import Block, Buffer, ComputePass, ComputeVariants, Device, Field
 from vrlf.model import Rig
+from vrlf.optics.bench import widest_bend
 from vrlf.optics.lateral import lateral_reach_px
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.raster import half_cell_px
@@ -222,7 +223,7 @@ def _window(rig: Rig, side: Side, rays: int) -> tuple[NDArray[np.int64], NDArray
     # A sampled ray lands up to half a pixel off, a mean covers up to a pixel.
     reach = np.full(2, 2.0)
     if lattice is not None:
-        reach += lattice.bend * half_cell_px(rig, lattice)
+        reach += widest_bend(rig) * half_cell_px(rig, lattice)
     reach += lateral_reach_px(rig, side)
     low = np.floor(landing.min(axis=0) - reach).astype(np.int64)
     high = np.ceil(landing.max(axis=0) + reach).astype(np.int64)

@@ -81,7 +81,7 @@ def trace(
     cell = cells.nearest_cell(lattice, q)
     # Be bent by the lenslet (or not, in a hole) and cross the gap.
     from_centre_mm = (q - cell) @ lattice.panel_from_cell.T
-    x = y + bench.reduced_gap_mm * beta - lattice.bend * from_centre_mm
+    x = y + bench.reduced_gap_mm * beta - bench.bend * from_centre_mm
     return Landing(y, x, q - cell, cell)
 
 

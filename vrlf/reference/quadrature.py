@@ -120,9 +120,8 @@ def _along(half: Float, eye: _Eye, lines: Stretches, index: int) -> Float:
 def _led_on(eye: _Eye, middle: Landing, end: Landing) -> Landing:
     """Where the ray at ``end`` would land if it passed the lenslet of ``middle``."""
     moved_mm = (middle.cell - end.cell) @ eye.lattice.panel_from_cell.T
-    return Landing(
-        end.array_mm, end.panel_mm + eye.lattice.bend * moved_mm, end.in_cell, middle.cell
-    )
+    bend = eye.optics.benches[eye.colour].bend
+    return Landing(end.array_mm, end.panel_mm + bend * moved_mm, end.in_cell, middle.cell)
 
 
 def _coordinates(eye: _Eye, y_mm: Float) -> Float:

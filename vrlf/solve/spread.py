@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import bench_of, widest_bend
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.lateral import forward_changes
 from vrlf.optics.lattice import lattice_of
@@ -153,7 +153,7 @@ def _reach_px(rig: Rig) -> tuple[int, NDArray[np.int_]]:
         spread = max(float(np.abs(p + s).max()) for p, s in zip(landing, shift, strict=True))
     else:
         shift = np.zeros((2, 2), int)
-        bend_px = lattice.bend * half_cell_px(rig, lattice).max()
+        bend_px = widest_bend(rig) * half_cell_px(rig, lattice).max()
         spread = max(float(np.ptp(each, axis=0).max()) for each in landing) + float(bend_px)
     return min(_MOST_REACH_PX, ceil(spread) + 2), shift
 
