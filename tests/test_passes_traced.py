@@ -77,12 +77,12 @@ def test_traced_perception_matches_its_twin(device: Device, name: str) -> None:
 def test_without_options_it_is_the_fast_passs_integral(device: Device) -> None:
     for name in ("rgbg-bare", "diamonds-lenslets", "square-holes-walls"):
         rig, panel = pass_rigs.case(name)
-        plain = perceived(device, rig, panel, Tracing(), rays=8192)
+        plain = perceived(device, rig, panel, Tracing(), rays=4096)
         error = float(np.sqrt(np.mean((plain - perceive_well(panel, rig, 1024)) ** 2)))
         print(f"{name}: {error:.1e} RMS")
         # Points by chance on noise: light that fills a quarter of the pixels at four times the
-        # radiance has a variance of 4/3, over 8192 rays 0.013; well-spread ones do better.
-        assert error <= 0.013
+        # radiance has a variance of 4/3, over 4096 rays 0.018; well-spread ones do better.
+        assert error <= 0.018
 
 
 def test_no_light_is_lost_however_many_points(device: Device) -> None:
