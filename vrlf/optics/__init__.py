@@ -25,6 +25,10 @@ quadrature   perception's rays without waste: which kind serves a rig, and what 
 maps         where a pupil point's rays cross the array and meet the panel
 lines        lines through pupil and retinal pixel, for lenslets
 holes        points of a mask's holes
+beams        a retinal point's beam where it meets the array
+fresnel      how openings spread light by diffraction, as a map of rays
+exact_lenslet a lenslet as it is made, refracted exactly
+tracing      options of perception ray by ray, and their checks
 inverse      the forward prefilter's map, reduced to a place in a cell
 footprint    what a sub-pixel's samples cover in the forward prefilter's target
 alignment    screens for aligning array, panel and lenses: their principle and sizes

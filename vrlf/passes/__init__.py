@@ -11,6 +11,8 @@ forward    ``Forward``: the forward prefilter, by footprints and sample by sampl
 perceive   ``Perceive``: what both eyes see of a panel image
 rays       ``PerceiveTables``: perception's rays: points, lines, points of holes
 bins       the blind rays that holes can pass, sorted by where they cross the mask
+traced     ``PerceiveTraced``: the same ray by ray: diffraction, real lenslets
+           (``traced_tables``: its points and tables)
 operator   ``OperatorTables``: the perception operator and its adjoint, tabulated
 tabulate   ``RowBuilder``: the operator's rows, traced a piece at a time
 phases     rows of the operator by phase: how fine, turned about, packed
@@ -34,6 +36,8 @@ from vrlf.passes.perceive import Perceive
 from vrlf.passes.prepare import EyePicture, Prepare
 from vrlf.passes.rays import PerceiveTables
 from vrlf.passes.sharpen import Sharpen, SharpenTables
+from vrlf.passes.traced import PerceiveTraced
+from vrlf.passes.traced_tables import TracedTables
 
 __all__ = [
     "Encode",
@@ -42,8 +46,10 @@ __all__ = [
     "ForwardTables",
     "Perceive",
     "PerceiveTables",
+    "PerceiveTraced",
     "Prepare",
     "Sharpen",
     "SharpenTables",
+    "TracedTables",
     "forward_tables",
 ]

@@ -69,7 +69,7 @@ RAY_FIELDS = (
     Field("int", "batch_first", "where this batch begins"),
     Field("int", "batch_points", "how many rays it has"),
 )
-_KINDS = {"none": 0, "microlens": 1, "pinhole": 2}
+ARRAY_KINDS = {"none": 0, "microlens": 1, "pinhole": 2}
 # Software GL ends all loops of an invocation after 65,535 turns, without a word.
 _LOOP_TURNS = 49152
 # It counts the turns of neighbouring invocations together where they go different ways, as
@@ -155,7 +155,7 @@ class PerceiveTables:
         self.points = len(sets.tables[0].rays)
         self.cost = sets.cost
         self.defines: dict[str, int | float | str] = {
-            "ARRAY": _KINDS[rig.array.kind],
+            "ARRAY": ARRAY_KINDS[rig.array.kind],
             "COLOURS": self.colours,
             "BY_HOLE": int(quadrature == "holes"),
             **subpixel_defines(rig),
