@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vrlf.passes.tabulate import _FAINT, _lit
+from vrlf.passes.tabulate import _FAINT, lit
 
 
 def test_a_row_keeps_its_light_in_each_colour() -> None:
@@ -12,7 +12,7 @@ def test_a_row_keeps_its_light_in_each_colour() -> None:
     # From bright to far below what is kept; blue is a thousandth of the others.
     dense = (10.0 ** random.uniform(-4.0, 0.0, (7, 60, 3))).astype(np.float32)
     dense[..., 2] *= 1e-3
-    place, kept = _lit(dense, 1e-9)
+    place, kept = lit(dense, 1e-9)
     assert 7 < len(place) < 7 * 60
     for row in range(7):
         here = place // 60 == row
@@ -26,12 +26,12 @@ def test_what_is_faint_in_every_colour_goes() -> None:
     dense[0, 3] = (0.5 * _FAINT, 0.4 * _FAINT, 0.0005)  # blue is half of the brightest blue
     dense[0, 4] = 0.0000001
     dense[1, 2] = (0.0, 0.0, 0.3)
-    place, kept = _lit(dense, 1e-6)
+    place, kept = lit(dense, 1e-6)
     assert place.tolist() == [1, 3, 7]
     np.testing.assert_allclose(kept[2], (0.0, 0.0, 0.3), rtol=1e-6)
 
 
 def test_dark_rows_hold_nothing() -> None:
-    place, kept = _lit(np.zeros((3, 4, 3), np.float32), 1e-6)
+    place, kept = lit(np.zeros((3, 4, 3), np.float32), 1e-6)
     assert len(place) == 0
     assert kept.shape == (0, 3)

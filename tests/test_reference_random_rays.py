@@ -43,7 +43,13 @@ HOLES_PERPENDICULAR = rig(
         "barriers": "perpendicular",
     },
     left={"sphere_d": -6.0, "cylinder_d": 2.0, "axis_deg": 15.0, "prism_pd": [0.4, 0.2]},
-    right={"zernike": {"diameter_mm": 5.0, "coefficients_um": {"3,1": 0.5, "2,2": 0.4}}},
+    right={
+        "zernike": {
+            "diameter_mm": 5.0,
+            "extrapolate": True,
+            "coefficients_um": {"3,1": 0.5, "2,2": 0.4},
+        }
+    },
 )
 # So strong that a retinal pixel's image is wider than a pixel: the sampled path.
 STRONG_LENSES = rig(

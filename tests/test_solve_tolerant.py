@@ -24,13 +24,16 @@ from vrlf.solve import Memory, Optimal, OptimalTables
 
 ARRAY = {"kind": "microlens", "pitch_um": 635.0, "gap_mm": 3.6, "focal_mm": 2.3}
 ARRAY |= {"rotation_deg": 23.0, "offset_um": [70.0, -130.0]}
-OFF = Tolerance(array_um=20.0, pupil_shift_mm=0.8, pupil_mm=(4.0, 6.0), focus_d=0.25, draws=6)
+OFF = Tolerance(array_um=20.0, pupil_shift_mm=0.8, pupil_mm=(4.0, 6.0), focus_d=0.25, draws=4)
 # Few and far off: what is counted the wrong way round shows.
 FAR_OFF = Tolerance(array_um=150.0, pupil_shift_mm=0.8, pupil_mm=(4.0, 6.0), draws=2)
 WIDE = {"kind": "microlens", "pitch_um": 780.0, "gap_mm": 4.0, "focal_mm": 2.14}
 WIDE |= {"offset_um": [70.0, -130.0], "rotation_deg": 4.0}
 WHICH: tuple[Literal["forward", "adjoint"], ...] = ("forward", "adjoint")
-SIZE = (83, 42)  # odd: a middle column that is nobody's
+# Odd: a middle column that is nobody's. What is judged lies well within a viewport: near its border
+# the table of P'P knows of the septum only what a flat field does.
+SIZE = (131, 62)
+INNER = (slice(18, -18), slice(18, 47))
 
 
 LEFT = {"sphere_d": -5.0, "cylinder_d": -0.5, "axis_deg": 30.0, "pupil_offset_mm": [0.2, -0.1]}
@@ -53,9 +56,9 @@ def renderer() -> Iterator[GpuRenderer]:
 def photograph() -> NDArray[np.float32]:
     """A face in both halves, not the same part of it."""
     face = srgb_decode(skimage.data.astronaut()[30:230, 120:320].astype(np.float32) / 255.0)
-    small = resize_area(face, 50, 50)
+    small = resize_area(face, 70, 70)
     target = np.zeros((SIZE[1], SIZE[0], 3), np.float32)
-    target[:, :41], target[:, 42:] = small[:42, :41], small[5:47, 8:49]
+    target[:, :65], target[:, 66:] = small[:62, :65], small[5:67, 5:70]
     return target
 
 
@@ -123,7 +126,7 @@ def test_the_tables_are_the_means_of_the_cases_operators(
         own = light[:, columns, :3].astype(np.float64)
         for which, wanted in (("forward", many.normal(own)), ("adjoint", many.adjoint(own))):
             # Away from the viewport's border: P'P's table knows of no septum within.
-            inner = (slice(9, -9), slice(9, -9))
+            inner = (slice(18, -18), slice(18, -18))
             off = (found[which][:, columns] - wanted)[inner]
             light_there = wanted[inner].mean()
             assert np.sqrt(np.mean(off**2)) < most * light_there
@@ -135,7 +138,7 @@ def perceived_error(renderer: GpuRenderer, panel: NDArray[Any], given: Rig) -> l
     target, errors = photograph(), []
     for case in cases_of(given, first=500):
         seen = renderer.perceive(panel, case.rig, rays=256)
-        difference = (seen - target)[8:-8, 8:33]
+        difference = (seen - target)[INNER]
         errors.append(float(np.mean(difference**2)))
     return errors
 
@@ -155,7 +158,7 @@ def test_it_serves_cases_that_it_has_not_seen(renderer: GpuRenderer) -> None:
     assert psnr_db(gained) > psnr_db(before) + 1.0
     assert max(gained) < max(before)
     sharp = [
-        float(np.mean((renderer.perceive(panel, plain) - photograph())[8:-8, 8:33] ** 2))
+        float(np.mean((renderer.perceive(panel, plain) - photograph())[INNER] ** 2))
         for panel in (tolerant_panel, plain_panel)
     ]
     assert sharp[0] > sharp[1]
@@ -185,7 +188,7 @@ def test_frames_go_on_from_the_last_and_stay_within_bounds(
     # Sixteen steps in eight frames are sixteen steps, but for each frame's own start.
     whole = renderer.prefilter(photograph(), tolerant_rig())
     assert np.sqrt(np.mean((frame - whole) ** 2)) < 0.02
-    assert np.all(frame[:, 41] == 0.0)
+    assert np.all(frame[:, 65] == 0.0)
 
 
 def test_one_memory_serves_tables_with_and_without(bench: Bench) -> None:
@@ -212,7 +215,7 @@ def test_black_and_brightness_are_the_targets_levels(renderer: GpuRenderer) -> N
     for level, light in ((0.8, white), (0.1, 0.0 * white)):
         seen = renderer.perceive(renderer.prefilter(light, given), given, rays=256)
         # The spread over cases of what a flat field shows: measured 0.01.
-        assert float(seen[12:-12, 10:31].mean()) == pytest.approx(level, abs=0.02)
+        assert float(seen[INNER].mean()) == pytest.approx(level, abs=0.02)
 
 
 def test_a_piece_at_a_time_gives_the_same_bytes(bench: Bench) -> None:

@@ -125,7 +125,7 @@ class OperatorTables:
     """P / throughput and its adjoint of one rig, on the GPU; made once and swapped whole.
 
     With a tolerance ``forward`` is P'P and ``adjoint`` P', the mean over its cases
-    (``is_tolerant``).
+    (``is_tolerant``); ``mean`` is P, kept until what follows from it is known.
 
     Parameters
     ----------
@@ -142,6 +142,7 @@ class OperatorTables:
 
     forward: tuple[Buffer, Buffer]
     adjoint: tuple[Buffer, Buffer]
+    mean: tuple[Buffer, Buffer] | None
     crossings: Buffer
 
     def __init__(self, device: Device, rig: Rig, builder: RowBuilder) -> None:
@@ -168,9 +169,9 @@ class OperatorTables:
                 "colours differently, wanted one of the two"
             )
         self.values: dict[str, Any] = {**viewport_values(rig), "phases": self.phases}
-        forward, adjoint = _Table(), _Table()
+        forward, adjoint, mean = _Table(), _Table(), _Table()
         if self.is_tolerant:
-            yield from self._of_many(rig, builder, forward, adjoint)
+            yield from self._of_many(rig, builder, forward, adjoint, mean)
         else:
             yield from self._of_one(rig, lattice, builder, forward, adjoint)
         lanes = _lanes(device, forward)
@@ -181,7 +182,7 @@ class OperatorTables:
             "GROUP_LANES": lanes * GROUP_PX,
             **subpixel_defines(rig),
         }
-        yield from self._upload(device, rig, lattice, forward, adjoint)
+        yield from self._upload(device, rig, lattice, forward, adjoint, mean)
 
     def _of_one(
         self,
@@ -232,7 +233,7 @@ class OperatorTables:
             yield
 
     def _of_many(
-        self, rig: Rig, builder: RowBuilder, forward: _Table, adjoint: _Table
+        self, rig: Rig, builder: RowBuilder, forward: _Table, adjoint: _Table, mean: _Table
     ) -> Generator[None, None, None]:
         """The normal equations of all cases of a tolerance; P'P stands in P's place."""
         view_px, phases = self.values["view_px"], []
@@ -241,7 +242,8 @@ class OperatorTables:
             phases.append(tolerant_phases(rig, most, spread))
             rows = yield from tolerant_rows(rig, side, phases[-1], spread, builder, view_px)
             count = layout(rig.panel.subpixels).places * phases[-1] ** 2
-            for table, each in ((forward, rows.gram), (adjoint, rows.adjoint)):
+            tables = (forward, rows.gram), (adjoint, rows.adjoint), (mean, rows.mean)
+            for table, each in tables:
                 for band in bands(count, len(each.row)):
                     table.add(each.between(band), (band.start, band.stop))
                     yield
@@ -275,10 +277,14 @@ class OperatorTables:
         lattice: Lattice | None,
         forward: _Table,
         adjoint: _Table,
+        mean: _Table,
     ) -> Generator[None, None, None]:
         with ExitStack() as undo:
             self.forward = yield from forward.buffers(device, "operator", undo)
             self.adjoint = yield from adjoint.buffers(device, "adjoint", undo)
+            self.mean = None
+            if self.is_tolerant:
+                self.mean = yield from mean.buffers(device, "mean operator", undo)
             self.crossings, owners = lattice_rasters(device, rig, lattice)
             owners.release()
             if lattice is None:  # all pixels have one phase, whatever is read here
@@ -287,15 +293,24 @@ class OperatorTables:
                 self.crossings = Buffer(device, nothing, label="no crossings")
             undo.pop_all()
 
-    def bind(self, which: Literal["forward", "adjoint"]) -> None:
-        """Bind one of the two tables."""
-        entries, starts = self.forward if which == "forward" else self.adjoint
+    def bind(self, which: Literal["forward", "adjoint", "mean"]) -> None:
+        """Bind one of the tables."""
+        table = {"forward": self.forward, "adjoint": self.adjoint, "mean": self.mean}[which]
+        assert table is not None, "the mean operator has been forgotten"
+        entries, starts = table
         entries.bind(0)
         starts.bind(1)
         self.crossings.bind(2)
 
+    def forget_mean(self) -> None:
+        """Give the mean operator back: no frame needs it."""
+        for buffer in self.mean or ():
+            buffer.release()
+        self.mean = None
+
     def release(self) -> None:
         """Give all tables back."""
+        self.forget_mean()
         for buffer in (*self.forward, *self.adjoint, self.crossings):
             buffer.release()
 

@@ -54,10 +54,11 @@ _TRIAL_PHASES, _TRIAL_MARGIN_PX = 6, 2
 
 
 class TolerantRows(NamedTuple):
-    """Rows by phase of the panel's own pixel: G, and the mean adjoint."""
+    """Rows by phase of a pixel: G and the mean adjoint of a panel pixel, P of a retinal one."""
 
     gram: Rows
     adjoint: Rows
+    mean: Rows
 
 
 class Spread(NamedTuple):
@@ -156,12 +157,15 @@ class _Sums:
         self._origin_mm = np.zeros(2) if self._lattice is None else self._lattice.origin_mm
         count = self._layout.places * phases**2
         self._adjoint, self._gram = _Window(count, spread.reach_px), _Window(count, spread.apart_px)
+        self._mean = _Window(count, spread.reach_px)
 
     def take(self, case: Case, rows: Rows) -> Generator[None, None, None]:
         """One more case's operator."""
         moved = self._moved(case)
-        own = self._phase_read(rows, moved)
-        self._adjoint.add(own, -rows.offsets, np.float32(case.weight) * rows.weights)
+        own, weights = self._phase_read(rows, moved), np.float32(case.weight) * rows.weights
+        self._adjoint.add(own, -rows.offsets, weights)
+        yield
+        self._mean.add(self._phase_of(rows, moved, 0 * rows.offsets), rows.offsets, weights)
         yield
         for first, second in _pairs(rows.row):
             product = np.float32(case.weight) * rows.weights[first] * rows.weights[second]
@@ -179,19 +183,24 @@ class _Sums:
 
     def _phase_read(self, rows: Rows, moved: Float) -> Ints:
         """Row of the panel pixel that each entry reads, counted in the rig's own lattice."""
+        return self._phase_of(rows, moved, rows.offsets)
+
+    def _phase_of(self, rows: Rows, moved: Float, offsets: Ints) -> Ints:
+        """Row of the pixel that lies so far from each row's own."""
         n, (columns, lines) = self._phases, self._layout.period
         place, phase = np.divmod(rows.row, n * n)
-        at = np.stack([phase % n, phase // n], axis=-1) + rows.offsets @ self._per_offset.T + moved
+        at = np.stack([phase % n, phase // n], axis=-1) + offsets @ self._per_offset.T + moved
         nearest = np.rint(at).astype(np.int64) % n
-        right = (place % columns + rows.offsets[:, 0]) % columns
-        down = (place // columns + rows.offsets[:, 1]) % lines
+        right = (place % columns + offsets[:, 0]) % columns
+        down = (place // columns + offsets[:, 1]) % lines
         return np.asarray(((down * columns + right) * n + nearest[:, 1]) * n + nearest[:, 0])
 
     def rows(self) -> Generator[None, None, TolerantRows]:
-        """Both tables."""
+        """All tables."""
         gram = yield from self._gram.rows()
         adjoint = yield from self._adjoint.rows()
-        return TolerantRows(gram, adjoint)
+        mean = yield from self._mean.rows()
+        return TolerantRows(gram, adjoint, mean)
 
 
 def _pairs(row: Ints) -> Generator[tuple[Ints, Ints], None, None]:

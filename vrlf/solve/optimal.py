@@ -123,11 +123,8 @@ class Optimal:
         for done in range(steps):
             if budget_ms is not None and self._elapsed_ms(started) > budget_ms:
                 return done
-            if tables.operator.is_tolerant:
-                slope = {"reached": tables.reached}
-                residual.run("forward", memory.sought, memory.meant, memory.product, **slope)
-            else:
-                residual.run("forward", memory.sought, target, memory.product)
+            meant = memory.meant if tables.operator.is_tolerant else target
+            residual.run("forward", memory.sought, meant, memory.product, borders=tables.borders)
             self._descend(step, memory, tables, shown)
         self._device.check("solving for the panel image")
         return steps

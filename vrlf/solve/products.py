@@ -17,7 +17,7 @@ APPLY = Block(
         Field("float", "black_level", "what black becomes"),
     ),
 )
-Which = Literal["forward", "adjoint"]
+Which = Literal["forward", "adjoint", "mean"]
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,23 @@ class Levels:
 
     black_level: float
     brightness: float
+
+
+@dataclass(frozen=True)
+class Borders:
+    """What sets a tolerant operator's P'P right near the viewport's border.
+
+    Attributes
+    ----------
+    reached, curvature : Texture
+        P'1 and P'P1, borders and all.
+    flat : Texture
+        What the table makes of 1.
+    """
+
+    reached: Texture
+    curvature: Texture
+    flat: Texture
 
 
 class Products:
@@ -76,16 +93,18 @@ class Product:
         target: Texture,
         result: Texture,
         *,
-        reached: Texture | None = None,
+        borders: Borders | None = None,
     ) -> None:
         """Write P light, or P' light; less what the target means, if levels were given.
 
-        A tolerant operator is given P' of the target in its place, and P'1 (``reached``).
+        A tolerant operator is given P' of the target in its place, and its ``borders``.
         """
         light.bind_sampler(0)
         target.bind_sampler(1)
-        if reached is not None:
-            reached.bind_sampler(2)
+        if borders is not None:
+            borders.reached.bind_sampler(2)
+            borders.curvature.bind_sampler(3)
+            borders.flat.bind_sampler(4)
         result.bind_image(0, read=False, write=True)
         self.operator.bind(which)
         self.program.run(*self.operator.size_px)
