@@ -15,12 +15,15 @@ layout(local_size_x = 64) in;
 
 layout(std430, binding = 0) readonly buffer Rays { vec4 rays[]; };
 layout(std430, binding = 1) readonly buffer Within { vec2 within[]; };
+layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
+layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
 layout(std430, binding = 4) readonly buffer Bins { int bin_starts[]; };
 layout(std430, binding = 5) buffer Windows { float windows[]; };
 
 #include "include/viewport.glsl"
 #include "include/subpixels.glsl"
 #include "include/lattice.glsl"
+#include "include/crossings.glsl"
 #include "include/rays.glsl"
 
 int window_start;
@@ -38,15 +41,10 @@ vec3 shown(Retina at, vec2 offset, vec3 weight) {
     return vec3(0.0);
 }
 
-// Perpendicular walls divide the panel by another measure than the chief rays, so that a row is
-// a pixel's own (phases_a_side is 0).
-layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
-layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
-
+// Perpendicular walls divide the panel by another measure than the chief rays, and a pitch that
+// varies is nowhere alike, so that a row is a pixel's own (phases_a_side is 0).
 Retina of_pixel(int row) {
-    ivec2 pixel = ivec2(first_column(eye) + row % view_px.x, row / view_px.x);
-    return Retina(pixel, eye, crossings[pixel.x] + crossings[panel_px.x + pixel.y],
-                  owners[pixel.x] + owners[panel_px.x + pixel.y]);
+    return retina_at(ivec2(first_column(eye) + row % view_px.x, row / view_px.x), eye);
 }
 
 // The barriers of a phase are those of a cell: converging walls divide the panel as the
@@ -60,7 +58,8 @@ Retina of_phase(int row) {
     pixel = ivec2(row / of_place % PERIOD_X, row / of_place / PERIOD_X);
 #endif
     vec2 place = vec2(phase % phases_a_side, phase / phases_a_side) / float(phases_a_side) - 0.5;
-    return Retina(pixel, eye, vec4(place, 0.0, 0.0), vec4(place, 0.0, 0.0));
+    vec4 even = vec4(1.0, 1.0, 0.0, 0.0);
+    return Retina(pixel, eye, vec4(place, 0.0, 0.0), vec4(place, 0.0, 0.0), even, even);
 }
 
 void main() {

@@ -28,6 +28,7 @@ layout(std430, binding = 4) readonly buffer Bins { int bin_starts[]; };
 #include "include/subpixels.glsl"
 #include "include/panel_light.glsl"
 #include "include/lattice.glsl"
+#include "include/crossings.glsl"
 #include "include/rays.glsl"
 
 vec3 shown(Retina at, vec2 offset, vec3 weight) {
@@ -53,17 +54,17 @@ vec4 landing_of(Retina at) {
 #if ARRAY == 0
     return vec4(0.0, 0.0, rays[index].zw);
 #elif ARRAY == 1
-    vec2 q = at.crossed.xy + rays[2 * index].xy;
+    vec2 q = at.crossed.xy + in_cells(rays[2 * index].xy, at.law);
     vec2 cell = nearest_cell(q);
-    vec2 bent = bend * times(px_per_cell, cell - at.crossed.xy);
+    vec2 bent = bend * times(px_per_cell, evenly(cell - at.crossed.xy, at.law));
     return vec4(q - cell, rays[2 * index + 1].xy + bent);
 #elif BY_HOLE
-    vec2 centre = at.crossed.xy + hole_seen[set].xy;
-    vec2 off = nearest_cell(centre) - centre;
+    vec2 centre = at.crossed.xy + in_cells(hole_seen[set].xy, at.law);
+    vec2 off = -from_middle(centre, nearest_cell(centre), hole_seen[set].xy, at.crossed, at.law);
     return vec4(times(hole_maps[3 * set], off) + rays[index].xy,
                 hole_maps[3 * set + 2].xy + times(hole_maps[3 * set + 1], off) + rays[index].zw);
 #else
-    vec2 q = at.crossed.xy + rays[index].xy;
+    vec2 q = at.crossed.xy + in_cells(rays[index].xy, at.law);
     return vec4(q - nearest_cell(q), rays[index].zw);
 #endif
 }
@@ -78,11 +79,7 @@ void main() {
         imageStore(seen, pixel, vec4(0.0, 0.0, 0.0, 1.0));
         return;
     }
-    Retina at = Retina(pixel, eye, vec4(0.0), vec4(0.0));
-#if ARRAY != 0
-    at.crossed = crossings[pixel.x] + crossings[panel_px.x + pixel.y];
-    if (barriers != 0) at.owner = owners[pixel.x] + owners[panel_px.x + pixel.y];
-#endif
+    Retina at = retina_at(pixel, eye);
 #if TRACE
     imageStore(seen, pixel, landing_of(at));
 #else

@@ -11,24 +11,26 @@
 // lane, once for each of 27 samples.
 
 #include "include/period.glsl"
+#include "include/crossings.glsl"
 
 struct Pixel {
     ivec2 at;
     int eye;
     vec4 crossed;  // where the ray to the pupil's centre crosses the array
     vec4 owner;    // the same for the barriers
+    vec4 law;        // how the pitch varies from the crossing on
+    vec4 owner_law;  // and from the owner
 };
 
 Pixel pixel_at(ivec2 at, int eye) {
     ivec2 held = min(at, panel_px - 1);  // groups reach beyond the panel
-    int column = held.x, row = panel_px.x + held.y;
-    vec4 crossed = crossings[column] + crossings[row];
+    vec4 crossed = CROSSED_IN(crossings, held, eye), law = LAW_IN(crossings, held, eye);
 #if WALLS
-    vec4 owner = owners[column] + owners[row];
+    vec4 owner = CROSSED_IN(owners, held, eye), owner_law = LAW_IN(owners, held, eye);
 #else
-    vec4 owner = vec4(0.0);
+    vec4 owner = vec4(0.0), owner_law = vec4(0.0);
 #endif
-    return Pixel(at, eye, crossed, owner);
+    return Pixel(at, eye, crossed, owner, law, owner_law);
 }
 
 // Groups reach beyond the panel and the viewport; the left eye's darken the middle column.
@@ -83,13 +85,14 @@ struct Ray {
 };
 
 Ray ray_at(Pixel from, vec2 place, int set) {
-    vec2 q = from.crossed.xy + array_from_panel * times(cells_per_px, place);
+    vec2 even = array_from_panel * times(cells_per_px, place);
+    vec2 q = from.crossed.xy + in_cells(even, from.law);
     vec2 cell = nearest_cell(q);
-    vec2 in_cell = q - cell;
+    vec2 in_cell = from_middle(q, cell, even, from.crossed, from.law);
     vec2 pupil = times(pupil_radii_per_cell[from.eye], in_cell);
     bool met = dot(pupil, pupil) <= 1.0;
 #if WALLS
-    vec2 off = nearest_cell(from_owner(from.owner, from.crossed, cell, place));
+    vec2 off = nearest_cell(from_owner(from.owner, from.owner_law, from.crossed, cell, place));
     met = met && off == vec2(0.0);  // else absorbed by a wall
 #endif
     return Ray(cell, met, place + displacement(in_cell, set));

@@ -6,7 +6,8 @@
 // pixel, each colour with its weight.
 //
 // Needs of the block: RAY_FIELDS of vrlf/passes/rays.py; of the shader: the buffers rays,
-// within and bin_starts, subpixels.glsl, lattice.glsl, and the defines ARRAY, COLOURS, BY_HOLE.
+// within, bin_starts, crossings and owners, subpixels.glsl, lattice.glsl, crossings.glsl, and the
+// defines ARRAY, COLOURS, BY_HOLE.
 // Twins: vrlf/reference/perceive.py for points, vrlf/reference/quadrature.py for the rest.
 // Derivation: vrlf/optics/samples.py, vrlf/optics/quadrature.py.
 
@@ -15,9 +16,25 @@ struct Retina {
     int eye;
     vec4 crossed;  // where its chief ray crosses the array
     vec4 owner;    // the same for the barriers
+    vec4 law;        // how the pitch varies from the crossing on
+    vec4 owner_law;  // and from the owner
 };
 
 vec3 shown(Retina at, vec2 offset, vec3 weight);
+
+// A pixel as it stands on the panel.
+Retina retina_at(ivec2 pixel, int eye) {
+    Retina at = Retina(pixel, eye, vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+#if ARRAY != 0
+    at.crossed = CROSSED_IN(crossings, pixel, eye);
+    at.law = LAW_IN(crossings, pixel, eye);
+    if (barriers != 0) {
+        at.owner = CROSSED_IN(owners, pixel, eye);
+        at.owner_law = LAW_IN(owners, pixel, eye);
+    }
+#endif
+    return at;
+}
 
 #if ARRAY == 0
 // All rays of a pixel, over a square of a pixel's size about a place.

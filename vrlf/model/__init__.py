@@ -27,7 +27,15 @@ reading        rig files, ``extends``, command line changes -> ``Rig``
 from __future__ import annotations
 
 from vrlf.model.eye import Camera, Eye
-from vrlf.model.hardware import Array, Headset, Panel, Primaries, lens_power_d
+from vrlf.model.hardware import (
+    LEAST_PITCH,
+    MOST_PITCH,
+    Array,
+    Headset,
+    Panel,
+    Primaries,
+    lens_power_d,
+)
 from vrlf.model.layouts import SubpixelLayout, layout_names, subpixel_layout
 from vrlf.model.prescription import parse_prescription, prescription_text
 from vrlf.model.reading import load_rig, rig_from_tables
@@ -37,6 +45,8 @@ from vrlf.model.zernike import Zernike
 
 __all__ = [
     "DEFAULT_RIG",
+    "LEAST_PITCH",
+    "MOST_PITCH",
     "Array",
     "Camera",
     "Eye",

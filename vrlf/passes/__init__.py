@@ -14,7 +14,7 @@ bins       the blind rays that holes can pass, sorted by where they cross the ma
 operator   ``OperatorTables``: the perception operator and its adjoint, tabulated
 tabulate   ``RowBuilder``: the operator's rows, traced a piece at a time
 phases     rows of the operator by phase: how fine, turned about, packed
-pixels     rows of single pixels, behind perpendicular walls
+pixels     rows of single pixels, behind perpendicular walls or a pitch that varies
 encode     ``Encode``: linear light to 8-bit sRGB
 alignment  ``Alignment``: screens that show how array, panel and lenses stand
 show       ``Show``: pictures as a window shows them

@@ -13,7 +13,14 @@ from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
 from vrlf.optics.lattice import Lattice
 from vrlf.optics.polynomial import Float
-from vrlf.optics.raster import CellRaster, cell_raster, cells_per_pixel, pixels_per_cell
+from vrlf.optics.raster import (
+    CellRaster,
+    VaryingRaster,
+    cell_raster,
+    cells_per_pixel,
+    pixels_per_cell,
+    varying_raster,
+)
 from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import Side, viewport
 
@@ -33,6 +40,7 @@ LATTICE_FIELDS = (
     Field("vec4", "cells_per_px", "2x2, cells per pixel to the right and down"),
     Field("vec4", "px_per_cell", "2x2, its inverse"),
     Field("float", "array_from_panel", "array height of a chief ray per panel height"),
+    Field("vec2", "growth", "by which a pitch that varies does, over three"),
     Field("vec2", "hole_reach", "how far a hole reaches from its centre, in cells"),
     Field("float", "half_aperture", "half a hole's side, or its radius, in pitches"),
     Field("float", "barrier_scale", "what a panel point is multiplied with to find its owner"),
@@ -74,6 +82,7 @@ def lattice_values(rig: Rig, lattice: Lattice | None) -> dict[str, Any]:
         "cells_per_px": cells_per_pixel(rig, lattice).ravel(),
         "px_per_cell": pixels_per_cell(rig, lattice).ravel(),
         "array_from_panel": bench_of(rig).array_from_panel,
+        "growth": lattice.growth / 3.0,
         "hole_reach": np.minimum(lattice.hole_reach, _OPEN),
         "half_aperture": min(lattice.half_aperture, _OPEN),
         "barrier_scale": lattice.barrier_scale,
@@ -84,10 +93,13 @@ def lattice_values(rig: Rig, lattice: Lattice | None) -> dict[str, Any]:
 
 def lattice_defines(lattice: Lattice | None) -> dict[str, int]:
     """For ``include/lattice.glsl``."""
-    return {"HEXAGONAL": int(lattice is not None and lattice.is_hexagonal)}
+    return {
+        "HEXAGONAL": int(lattice is not None and lattice.is_hexagonal),
+        "VARYING": int(lattice is not None and lattice.is_varying),
+    }
 
 
-def raster_buffer(device: Device, raster: CellRaster, label: str) -> Buffer:
+def raster_buffer(device: Device, raster: CellRaster | VaryingRaster, label: str) -> Buffer:
     """Columns, then rows, as the shaders index them."""
     data = np.concatenate([raster.columns, raster.rows]).astype(np.float32)
     return Buffer(device, data, label=label)
@@ -106,8 +118,9 @@ def lattice_rasters(
             Buffer(device, nothing, label="no crossings"),
             Buffer(device, nothing, label="no owners"),
         )
-    crossings = cell_raster(rig, lattice, bench_of(rig).array_from_panel, shift_mm)
-    owners = cell_raster(rig, lattice, lattice.barrier_scale)
+    make = varying_raster if lattice.is_varying else cell_raster
+    crossings = make(rig, lattice, bench_of(rig).array_from_panel, shift_mm)
+    owners = make(rig, lattice, lattice.barrier_scale)
     return (
         raster_buffer(device, crossings, "crossings"),
         raster_buffer(device, owners, "owners"),

@@ -1,8 +1,9 @@
-"""A sparse operator with a row for each pixel, for panels with perpendicular walls.
+"""A sparse operator with a row for each pixel: behind perpendicular walls or a varying pitch.
 
 Such walls divide the panel by another measure than the chief rays do, so that no two cells
 are alike: what a pixel sees depends on where its ray crosses the array and on where it
-stands itself. The adjoint is the true transpose.
+stands itself. Where the pitch varies no two cells are alike anyhow. The adjoint is the true
+transpose.
 """
 
 from __future__ import annotations

@@ -212,7 +212,7 @@ def _window(rig: Rig, side: Side, rays: int) -> tuple[NDArray[np.int64], NDArray
     # A sampled ray lands up to half a pixel off, a mean covers up to a pixel.
     reach = np.full(2, 2.0)
     if lattice is not None:
-        reach += lattice.bend * half_cell_px(rig, lattice)
+        reach += lattice.bend * lattice.widest_pitch * half_cell_px(rig, lattice)
     low = np.floor(landing.min(axis=0) - reach).astype(np.int64)
     high = np.ceil(landing.max(axis=0) + reach).astype(np.int64)
     return low, high - low + 1
