@@ -8,7 +8,8 @@
 //
 // Defines: DEGREE of the displacement polynomials; RAY_SETS 1 where all colours share their
 //          samples (full sub-pixels, one wavelength), else 3; GRID, the samples along a side;
-//          WALLS 1 with barriers that absorb; PERIOD_X, PERIOD_Y (include/period.glsl); LISTED.
+//          WALLS 1 with barriers that absorb; PERIOD_X, PERIOD_Y (include/period.glsl); LISTED;
+//          LATERAL 1 where the colours are magnified differently.
 // A layer of groups is an eye.
 
 #include "block/Forward"
@@ -68,7 +69,8 @@ void add(inout vec2 sum, Pixel from, int colour, vec2 column_row) {
     sum.y += float(ray.met);
 }
 
-float mean_of(Pixel from, int colour) {
+float mean_of(Pixel pixel, int colour) {
+    Pixel from = in_colour(pixel, colour);
     vec2 sum = vec2(0.0);
 #define ADD(column, row) add(sum, from, colour, vec2(column, row));
     EACH_SAMPLE(ADD)

@@ -32,7 +32,8 @@ bool follows(Pixel from, Ray middle, vec2 place, int set) {
     return reads(from, middle) ? same : !reads(from, ray);
 }
 
-bool is_cut(Pixel from, int colour) {
+bool is_cut(Pixel pixel, int colour) {
+    Pixel from = in_colour(pixel, colour);
     int set = ray_set(from.eye, colour);
     Ray middle = ray_at(from, sample_place(from, colour, vec2(0.5 * float(GRID - 1))), set);
     bool all_follow = true;

@@ -7,7 +7,8 @@
 //         cell, of the pupil or of the viewport, get nonsense: forward.comp does them again.
 // Twin:   vrlf/reference/forward.py. Derivation: vrlf/optics/footprint.py.
 //
-// Defines: RAY_SETS, GRID, WALLS and PERIOD_X, PERIOD_Y as in forward.comp; DEGREE is 1; WINDOW_X and WINDOW_Y, the
+// Defines: RAY_SETS, GRID, WALLS, LATERAL and PERIOD_X, PERIOD_Y as in forward.comp; DEGREE is 1;
+//          WINDOW_X and WINDOW_Y, the
 //          texels that hold every footprint, even numbers; ALIGNED 1 where sample rows and
 //          columns stay such in the target.
 // A layer of groups is an eye.
@@ -57,7 +58,8 @@ void add_sample(inout Footprint to, vec2 at) {
 }
 #endif
 
-Footprint footprint_of(Pixel from, int colour) {
+Footprint footprint_of(Pixel pixel, int colour) {
+    Pixel from = in_colour(pixel, colour);
     int set = ray_set(from.eye, colour);
     // In the target, along a row (xy) and down a column (zw).
     vec4 steps = target_steps[place_of(from.at) * 2 * RAY_SETS + set];

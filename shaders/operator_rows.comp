@@ -23,7 +23,6 @@ layout(std430, binding = 5) buffer Windows { float windows[]; };
 #include "include/viewport.glsl"
 #include "include/subpixels.glsl"
 #include "include/lattice.glsl"
-#include "include/crossings.glsl"
 #include "include/rays.glsl"
 
 int window_start;
@@ -41,10 +40,12 @@ vec3 shown(Retina at, vec2 offset, vec3 weight) {
     return vec3(0.0);
 }
 
-// Perpendicular walls divide the panel by another measure than the chief rays, and a pitch that
-// varies is nowhere alike, so that a row is a pixel's own (phases_a_side is 0).
-Retina of_pixel(int row) {
-    return retina_at(ivec2(first_column(eye) + row % view_px.x, row / view_px.x), eye);
+// Where perpendicular walls divide the panel by another measure than the chief rays, where the
+// colours are magnified differently and where the pitch varies, a row is a pixel's own
+// (phases_a_side is 0).
+Retina of_pixel(int row, int colour) {
+    ivec2 pixel = ivec2(first_column(eye) + row % view_px.x, row / view_px.x);
+    return retina_of(pixel, eye, colour);
 }
 
 // The barriers of a phase are those of a cell: converging walls divide the panel as the
@@ -58,16 +59,27 @@ Retina of_phase(int row) {
     pixel = ivec2(row / of_place % PERIOD_X, row / of_place / PERIOD_X);
 #endif
     vec2 place = vec2(phase % phases_a_side, phase / phases_a_side) / float(phases_a_side) - 0.5;
-    vec4 even = vec4(1.0, 1.0, 0.0, 0.0);
-    return Retina(pixel, eye, vec4(place, 0.0, 0.0), vec4(place, 0.0, 0.0), even, even);
+    Retina at;
+    at.pixel = pixel;
+    at.eye = eye;
+    at.crossed = at.owner = vec4(place, 0.0, 0.0);
+    at.law = at.owner_law = vec4(1.0, 1.0, 0.0, 0.0);
+#if LATERAL
+    at.lateral = vec2(0.0);
+    at.side = 1.0;
+#endif
+    return at;
+}
+
+Retina of_row(int row, int colour) {
+    if (phases_a_side == 0) return of_pixel(row, colour);
+    return of_phase(row);
 }
 
 void main() {
     int index = int(gl_GlobalInvocationID.x);
     if (index >= row_count) return;
-    Retina at;
-    if (phases_a_side == 0) at = of_pixel(first_row + index);
-    else at = of_phase(first_row + index);
+    Retina at = of_row(first_row + index, 0);
     window_start = index * window_px.x * window_px.y * 3;
 #if COLOURS == 1
     channel = vec3(1.0);
@@ -75,6 +87,9 @@ void main() {
 #else
     for (int c = 0; c < 3; c++) {
         channel = vec3(c == 0, c == 1, c == 2);
+#if LATERAL
+        at = of_row(first_row + index, c);
+#endif
         gathered(at, eye * 3 + c);
     }
 #endif

@@ -1,13 +1,13 @@
 // One step of the bounded solver: down the gradient, ahead with momentum, into the bounds.
 //
-// Reads:  light (the residual P x - t), reached (P'1), curvature (P'P1).
+// Reads:  light (the residual P x - t; TOLERANT, the slope itself), reached (P'1), curvature (P'P1).
 // Writes: shown (x, the panel image, in [0, 1] after every step), sought (x again, in 16 bits
 //         for the next product), stepped (w) and ahead (z, x before it was bounded), each pixel
 //         its own. The alphas of stepped and ahead keep POGM's theta and gamma: over frames each
 //         pixel has a momentum of its own.
 // Twin:   vrlf/reference/optimal.py. Taylor, Hendrickx & Glineur 2017, POGM, diagonal metric.
 //
-// Defines: as in include/table.glsl and include/gather.glsl.
+// Defines: as in include/table.glsl and include/gather.glsl; TOLERANT.
 
 #include "block/Step"
 layout(local_size_x = GROUP_LANES, local_size_y = GROUP_PX) in;
@@ -28,8 +28,13 @@ layout(binding = 3, rgba16) writeonly uniform image2D sought;
 void main() {
     ivec2 pixel = own_pixel();
     int eye = eye_at(pixel), lane = own_lane();
+#if TOLERANT
+    if (lane != 0 || eye == NO_EYE) return;
+    vec3 slope = texelFetch(light, pixel, 0).rgb;
+#else
     vec3 slope = gathered_light(pixel, eye, lane);
     if (lane != 0 || eye == NO_EYE) return;
+#endif
     vec3 down = where_reached(slope, texelFetch(curvature, pixel, 0).rgb,
                               texelFetch(reached, pixel, 0).rgb);
     vec4 w_before = imageLoad(stepped, pixel), z_before = imageLoad(ahead, pixel);

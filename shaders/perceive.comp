@@ -6,6 +6,7 @@
 //
 // Defines: ARRAY 0 none, 1 lenslets, 2 holes; COLOURS 1 (all colours share their rays) or 3;
 //          BY_HOLE 1 where holes have their own points; PERIOD_X, PERIOD_Y (include/period.glsl);
+//          LATERAL 1 where the colours are magnified differently;
 //          TRACE 1 writes where the first ray of the batch lands instead (for the tests).
 
 #include "block/Perceive"
@@ -28,7 +29,6 @@ layout(std430, binding = 4) readonly buffer Bins { int bin_starts[]; };
 #include "include/subpixels.glsl"
 #include "include/panel_light.glsl"
 #include "include/lattice.glsl"
-#include "include/crossings.glsl"
 #include "include/rays.glsl"
 
 vec3 shown(Retina at, vec2 offset, vec3 weight) {
@@ -52,20 +52,21 @@ vec4 landing_of(Retina at) {
     int set = at.eye * COLOURS;
     int index = set * points + batch_first;
 #if ARRAY == 0
-    return vec4(0.0, 0.0, rays[index].zw);
+    return vec4(0.0, 0.0, landed(at, rays[index].zw));
 #elif ARRAY == 1
     vec2 q = at.crossed.xy + in_cells(rays[2 * index].xy, at.law);
     vec2 cell = nearest_cell(q);
-    vec2 bent = bend * times(px_per_cell, evenly(cell - at.crossed.xy, at.law));
-    return vec4(q - cell, rays[2 * index + 1].xy + bent);
+    vec2 bent = BEND_OF(index) * times(px_per_cell, evenly(cell - at.crossed.xy, at.law));
+    return vec4(q - cell, landed(at, rays[2 * index + 1].xy + bent));
 #elif BY_HOLE
     vec2 centre = at.crossed.xy + in_cells(hole_seen[set].xy, at.law);
     vec2 off = -from_middle(centre, nearest_cell(centre), hole_seen[set].xy, at.crossed, at.law);
     return vec4(times(hole_maps[3 * set], off) + rays[index].xy,
-                hole_maps[3 * set + 2].xy + times(hole_maps[3 * set + 1], off) + rays[index].zw);
+                landed(at, hole_maps[3 * set + 2].xy + times(hole_maps[3 * set + 1], off)
+                           + rays[index].zw));
 #else
     vec2 q = at.crossed.xy + in_cells(rays[index].xy, at.law);
-    return vec4(q - nearest_cell(q), rays[index].zw);
+    return vec4(q - nearest_cell(q), landed(at, rays[index].zw));
 #endif
 }
 #endif
@@ -79,7 +80,7 @@ void main() {
         imageStore(seen, pixel, vec4(0.0, 0.0, 0.0, 1.0));
         return;
     }
-    Retina at = retina_at(pixel, eye);
+    Retina at = retina_of(pixel, eye, 0);
 #if TRACE
     imageStore(seen, pixel, landing_of(at));
 #else
@@ -87,7 +88,12 @@ void main() {
 #if COLOURS == 1
     light = gathered(at, eye);
 #else
-    for (int c = 0; c < 3; c++) light[c] = gathered(at, eye * 3 + c)[c];
+    for (int c = 0; c < 3; c++) {
+#if LATERAL
+        at = retina_of(pixel, eye, c);
+#endif
+        light[c] = gathered(at, eye * 3 + c)[c];
+    }
 #endif
     if (is_first == 0) light += imageLoad(seen, pixel).rgb;
     imageStore(seen, pixel, vec4(light * scale, 1.0));

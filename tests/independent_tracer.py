@@ -11,7 +11,7 @@ Frames: x right, y up as the wearer sees it; the examiner's x axis runs the othe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, factorial, pi, radians, sin, sqrt
 from typing import Any
 
@@ -32,16 +32,49 @@ class Setup:
     eye: Eye
     columns: range
     axis: Points  # of the lens, in the panel frame
-    lens: float  # F, 1/mm
+    lens: float  # F, 1/mm, of the colour at hand
+    lens_589: float  # at the wavelength of prescriptions
     relief: float  # e
     to_array: float  # s_a
     gap: float  # g, reduced
-    m: float
 
     @property
     def reach(self) -> float:
         """Height on the array of the chief ray per height on the panel, times m."""
         return self.relief + self.to_array * (1 - self.relief * self.lens)
+
+    @property
+    def m(self) -> float:
+        """Panel height of a unit slope."""
+        return self.reach + self.gap * (1 - self.relief * self.lens)
+
+    @property
+    def at_589(self) -> Setup:
+        """The same at the wavelength that names the retinal image, and that walls are built for."""
+        return replace(self, lens=self.lens_589)
+
+    def of(self, colour: int) -> Setup:
+        """The same for one of the panel's colours."""
+        glass = self.rig.headset.glass
+        if glass is None:
+            return self
+        um = self.rig.panel.wavelengths_nm[colour] / 1000
+        return replace(
+            self, lens=self.lens_589 * (index(glass, um) - 1) / (index(glass, 0.589) - 1)
+        )
+
+
+def index(glass: str, um: float) -> float:
+    """Published formulas: Sultanova 2009 (fit), Beadie 2015, Schott's catalogue."""
+    if glass == "polycarbonate":
+        return sqrt(1 + 1.4182 / (1 - 0.021304 / um**2))
+    if glass == "pmma":
+        even = 2.1778 + 6.1209e-3 * um**2 - 1.5004e-3 * um**4
+        odd = 2.3678e-2 / um**2 - 4.2137e-3 / um**4 + 7.3417e-4 / um**6 - 4.5042e-5 / um**8
+        return sqrt(even + odd)
+    assert glass == "n-bk7"
+    pairs = (1.03961212, 0.00600069867), (0.231792344, 0.0200179144), (1.01046945, 103.560653)
+    return sqrt(1 + sum(b * um**2 / (um**2 - c) for b, c in pairs))
 
 
 def setups(rig: Rig) -> tuple[Setup, Setup]:
@@ -52,12 +85,12 @@ def setups(rig: Rig) -> tuple[Setup, Setup]:
     gap, to_array = 0.0, headset.lens_to_panel_mm
     if array.kind != "none":
         gap, to_array = array.gap_mm / array.gap_index, headset.lens_to_panel_mm - array.gap_mm
-    d, e = to_array + gap, headset.eye_relief_mm
+    e = headset.eye_relief_mm
     half = headset.lens_separation_mm / 2
 
     def one(eye: Eye, columns: range, side: int) -> Setup:
         axis = np.array([side * half, headset.lens_height_mm])
-        return Setup(rig, eye, columns, axis, lens, e, to_array, gap, e + d - d * e * lens)
+        return Setup(rig, eye, columns, axis, lens, lens, e, to_array, gap)
 
     right = range(width - width // 2, width)
     return one(rig.left, range(width // 2), -1), one(rig.right, right, 1)
@@ -101,7 +134,7 @@ def accommodation_d(setup: Setup) -> float:
     if eye.accommodation == "relaxed":
         return 0.0
     d = setup.to_array + setup.gap
-    error = sum(sphere_along(eye)) / 2 + 1000 * (1 - d * setup.lens) / setup.m
+    error = sum(sphere_along(eye)) / 2 + 1000 * (1 - d * setup.lens_589) / setup.at_589.m
     if eye.zernike is not None:
         c20 = eye.zernike.coefficients_um.get("2,0", 0.0)
         error += -4 * sqrt(3) * c20 / (eye.zernike.diameter_mm / 2) ** 2
@@ -188,15 +221,15 @@ def passes_walls(setup: Setup, cell: Points, x: Points) -> Any:
     barriers = setup.rig.array.barriers
     if barriers == "none":
         return np.ones(x.shape[:-1], bool)
-    seen_at = x if barriers == "perpendicular" else x * setup.reach / setup.m
+    seen_at = x if barriers == "perpendicular" else x * setup.at_589.reach / setup.at_589.m
     owner = nearest_centre(setup, to_lattice(setup, seen_at))
     return (np.abs(owner - cell) < 0.1).all(axis=-1)
 
 
 def trace(setup: Setup, colour: int, X: Points, u: Points) -> tuple[Points, Any]:
     """Where the backward rays meet the panel, relative to the axis, and which get there."""
-    array = setup.rig.array
-    alpha = X / setup.m + aberration(setup, colour, u)
+    rig, array = setup.rig, setup.rig.array
+    alpha = X / setup.at_589.m + aberration(setup, colour, u)
     h = u + setup.relief * alpha
     beta = alpha - setup.lens * h
     y = h + setup.to_array * beta
@@ -205,7 +238,7 @@ def trace(setup: Setup, colour: int, X: Points, u: Points) -> tuple[Points, Any]
     place = to_lattice(setup, y)
     cell = nearest_centre(setup, place)
     if array.kind == "microlens":
-        x = y + setup.gap * (beta - (y - from_lattice(setup, cell)) / array.focal_mm)
+        x = y + setup.gap * (beta - (y - from_lattice(setup, cell)) / focal_mm(rig, colour))
         return x, passes_walls(setup, cell, x)
     x = y + setup.gap * beta
     off = np.abs(place - cell) * array.pitch_um
@@ -233,6 +266,17 @@ def emitter(name: str, colour: int, i: Any, j: Any) -> tuple[Any, Any, Any, Any,
     # Red stands on the dark squares of a chess board, blue on the others.
     has = (i + j) % 2 == colour // 2
     return left, top, np.where(has, right, left), bottom, 2 / ((right - left) * (bottom - top))
+
+
+def focal_mm(rig: Rig, colour: int) -> float:
+    """As given, or r / (n - 1) of a plano-convex lenslet, n = A + B / lambda^2 (Cauchy)."""
+    lenslet = rig.array.lenslet
+    if lenslet is None:
+        return rig.array.focal_mm
+    n_d, abbe = (float(part) for part in lenslet.glass.split("/"))  # type: ignore[union-attr]
+    um = rig.panel.wavelengths_nm[colour] / 1000
+    b = (n_d - 1) / abbe / (1 / 0.48613**2 - 1 / 0.65628**2)
+    return lenslet.radius_mm / (n_d + b * (1 / um**2 - 1 / 0.58756**2) - 1)  # type: ignore[operator]
 
 
 def emitted(setup: Setup, panel: Points, colour: int, x: Points) -> Points:
@@ -287,8 +331,8 @@ def perceived(panel: Points, rig: Rig, rays: int, seed: int) -> Points:
             u = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
             u = u + np.array(setup.eye.pupil_offset_mm)
             for colour in range(3):
-                if colour == 0 or setup.eye.chromatic:
-                    x, through = trace(setup, colour, X, u)
+                if colour == 0 or setup.eye.chromatic or rig.headset.glass or rig.array.lenslet:
+                    x, through = trace(setup.of(colour), colour, X, u)
                 light = emitted(setup, panel, colour, x) * through
                 out[:, setup.columns, colour] += light.sum(axis=-1)
     return out / rays
@@ -319,9 +363,10 @@ def forward(target: Points, rig: Rig) -> Points:
     out, k = np.zeros(target.shape), rig.prefilter.subpixel_grid
     pitch = rig.panel.pixel_pitch_um / 1000
     places = (np.arange(k) + 0.5) / k - 0.5
-    for setup in setups(rig):
-        o = np.array(setup.eye.pupil_offset_mm)
+    for named in setups(rig):
+        o = np.array(named.eye.pupil_offset_mm)
         for colour in range(3):
+            setup = named.of(colour)
             j, i = np.mgrid[: rig.panel.height_px, setup.columns.start : setup.columns.stop, :1][:2]
             left, top, right, bottom, _ = emitter(rig.panel.subpixels, colour, i, j)
             across, up = (each.ravel() for each in np.meshgrid(places, places))
@@ -336,7 +381,7 @@ def forward(target: Points, rig: Rig) -> Points:
             h = c - setup.to_array * beta
             alpha = beta + setup.lens * h
             u = h - setup.relief * alpha
-            X = setup.m * (alpha - aberration(setup, colour, u))
+            X = named.m * (alpha - aberration(setup, colour, u))
             met = np.hypot(*np.moveaxis(u - o, -1, 0)) <= setup.eye.pupil_mm / 2
             # The chief ray that chose the lenslet runs along its converging walls.
             if rig.array.barriers == "perpendicular":

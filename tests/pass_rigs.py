@@ -52,7 +52,21 @@ def picture(given: Rig, seed: int = 5) -> NDArray[np.float32]:
 
 
 LENSLETS = {"kind": "microlens", "pitch_um": 390.0, "gap_mm": 3.0, "focal_mm": 1.95}
+# An index of 1.6 and an Abbe number of 8, as no glass has: no colour passes for another.
+_DISPERSING: dict[str, Any] = {key: LENSLETS[key] for key in ("kind", "pitch_um", "gap_mm")} | {
+    "lenslet": {"radius_mm": 1.17, "thickness_mm": 0.4, "glass": "1.6/8"}
+}
 HOLES = {"kind": "pinhole", "pitch_um": 390.0, "gap_mm": 6.0, "aperture_um": 130.0}
+# Axes so far beside the panel that red and blue are seen a pixel apart, and more.
+FAR_OFF_GLASS = {
+    "glass": "polycarbonate",
+    "eye_relief_mm": 16.0,
+    "lens_power_d": 20.0,
+    "lens_separation_mm": 47.0,
+    "lens_height_mm": 6.5,
+}
+# As far as perpendicular walls leave something to see.
+NEARER = {"lens_separation_mm": 8.0, "lens_height_mm": -1.1}
 _COMA = {"diameter_mm": 6.0, "coefficients_um": {"3,-1": 0.4, "3,1": -0.25, "2,-2": 0.5}}
 _EIGHTH = {
     "diameter_mm": 6.5,
@@ -157,6 +171,63 @@ SMALL: dict[str, Rig] = {
         left={"prism_pd": [-0.7, 0.4], "accommodation": "best"},
         right={"pupil_offset_mm": [1.1, 0.3], "chromatic": True},
     ),
+    "glass-bare": rig(
+        45,
+        31,
+        headset=FAR_OFF_GLASS,
+        left={"prism_pd": [-0.3, 0.2], "chromatic": True},
+        right={"pupil_offset_mm": [1.1, 0.3]},
+    ),
+    "glass-lenslets-walls": rig(
+        44,
+        31,
+        headset=FAR_OFF_GLASS | NEARER | {"glass": "pmma"},
+        array=LENSLETS | {"rotation_deg": 17.0, "barriers": "perpendicular", "gap_index": 1.2},
+        left={"pupil_offset_mm": [-0.4, 0.6], "cylinder_d": -1.0, "axis_deg": 40.0},
+    ),
+    "glass-lenslets-full": rig(
+        45,
+        30,
+        panel={"subpixels": "full"},
+        headset=FAR_OFF_GLASS,
+        array=LENSLETS | {"offset_um": [60.0, -25.0], "barriers": "converging"},
+        right={"zernike": _COMA},
+    ),
+    "glass-holes": rig(
+        44,
+        30,
+        headset=FAR_OFF_GLASS,
+        array=HOLES | {"rotation_deg": 8.0},
+        left={"pupil_offset_mm": [0.5, -0.8]},
+    ),
+    "glass-round-holes-wavefront": rig(
+        45,
+        31,
+        headset=FAR_OFF_GLASS | {"glass": "n-bk7"},
+        array=HOLES | {"aperture_shape": "circle", "barriers": "converging"},
+        right={"zernike": _COMA},
+    ),
+    # Lenslets of glass: each colour is bent by its own focal length, 1.83, 1.95 and 2.21 mm.
+    "dispersing-lenslets-walls": rig(
+        44,
+        31,
+        array=_DISPERSING | {"rotation_deg": 13.0, "barriers": "converging", "gap_index": 1.2},
+        left={"cylinder_d": -1.5, "axis_deg": 30.0},
+        right={"pupil_offset_mm": [0.6, -0.3]},
+    ),
+    # The same behind a lens of glass: colours apart in every way.
+    "dispersing-lenslets-glass": rig(
+        45,
+        30,
+        panel={"subpixels": "full"},
+        headset=FAR_OFF_GLASS,
+        array=_DISPERSING | {"offset_um": [60.0, -25.0]},
+        right={"zernike": _COMA, "chromatic": True},
+    ),
+    # No relief: the colours focus differently, but are magnified alike.
+    "glass-without-relief": rig(
+        44, 31, headset={"glass": "polycarbonate"}, array=LENSLETS | {"rotation_deg": 11.0}
+    ),
 }
 
 _COMA_AND_DEFOCUS: dict[str, Any] = {
@@ -165,6 +236,12 @@ _COMA_AND_DEFOCUS: dict[str, Any] = {
 }
 # Rigs that no known result covers, for the independent tracer, each joining what the others lack.
 APART: dict[str, Rig] = {
+    "dispersing-lenslets-turned": rig(
+        25,
+        16,
+        array=_DISPERSING | {"rotation_deg": 9.0, "barriers": "converging"},
+        left={"pupil_offset_mm": [0.3, -0.5], "cylinder_d": -1.5, "axis_deg": 70.0},
+    ),
     "walls-stripes-relief": rig(
         24,
         17,
@@ -195,6 +272,30 @@ APART: dict[str, Rig] = {
         array=HOLES | {"aperture_shape": "circle", "offset_um": [140.0, -60.0]},
         left={"chromatic": True, "pupil_mm": 4.5},
         right={"chromatic": True, "accommodation": "best", "sphere_d": 1.5, "age_years": 50.0},
+    ),
+    "glass-bare-accommodating": rig(
+        24,
+        16,
+        panel={"subpixels": "bgr-stripe"},
+        headset=FAR_OFF_GLASS,
+        left={"accommodation": "best", "chromatic": True},
+        right={"pupil_offset_mm": [-0.5, 0.7], "cylinder_d": -1.5, "axis_deg": 70.0},
+    ),
+    "glass-lenslets-leaning": rig(
+        25,
+        16,
+        headset=FAR_OFF_GLASS | {"glass": "pmma"},
+        array=LENSLETS | {"barriers": "converging", "rotation_deg": 12.0, "gap_index": 1.3},
+        left={"pupil_offset_mm": [0.3, -0.5]},
+        right={"prism_pd": [0.4, 0.3]},
+    ),
+    "glass-holes-walls": rig(
+        24,
+        15,
+        headset=FAR_OFF_GLASS | NEARER | {"glass": "n-bk7"},
+        panel={"subpixels": "full"},
+        array=HOLES | {"barriers": "perpendicular", "offset_um": [70.0, 20.0]},
+        left={"pupil_mm": 6.0},
     ),
     "leaning-walls-acrylic-astigmatic": rig(
         26,

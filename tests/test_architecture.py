@@ -53,7 +53,7 @@ KEEPERS = {
     "rich": {"app", "studies"},
     "matplotlib": {"studies"},
     "skimage": {"evaluation"},
-    "scipy": {"reference"},
+    "scipy": {"evaluation", "reference"},
 }
 # A room on the left never sees the libraries on the right.
 FORBIDDEN = {"model": {"numpy"}}

@@ -35,7 +35,7 @@ def made(rig: Rig, grid: int = 3) -> footprint.Footprints | None:
     maps, ray_sets = inverse_maps(rig, lattice)
     samples = [footprint.sample_grid(r, grid) for r in layout(rig.panel.subpixels).rectangles]
     crossed = bench_of(rig).array_from_panel * cells_per_pixel(rig, lattice)
-    return footprint.footprints(maps, crossed, samples[:ray_sets] * 2, grid)
+    return footprint.footprints(maps, [crossed] * len(maps), samples[:ray_sets] * 2, grid)
 
 
 def traced_px(rig: Rig, side: int, colour: int, places_px: Float) -> Float:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vrlf.app.preview.steps import altered
 from vrlf.model import Rig
 from vrlf.optics import lines as lines_module
+from vrlf.optics.bench import bench_of
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.holes import hole_points, hole_table
 from vrlf.optics.lattice import is_open, lattice_of, nearest_cell
@@ -124,7 +125,7 @@ def pieces_of(given_rig: Rig, side: Any, rays: int, phases: Light) -> float:
     ):
         if share > 0.0:
             cell = nearest_cell(lattice, phases[:, None] + begin[:2] + along * begin[2:])
-            bent = lattice.bend * (cell - phases[:, None]) @ per_cell.T
+            bent = bench_of(given_rig).bend * (cell - phases[:, None]) @ per_cell.T
             pixel = np.floor(landing[:2] + along * landing[2:] + bent + 0.5)
             place = np.concatenate([cell, pixel], axis=-1)
             count += 1.0 + float(np.any(np.diff(place, axis=1) != 0.0, axis=-1).sum(axis=1).mean())

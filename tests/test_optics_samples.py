@@ -75,9 +75,9 @@ def test_reduced_rays_are_the_backward_rays(given_rig: Rig, side: Side, X: np.nd
         assert y == pytest.approx(ray.array_mm, abs=BY_DIFFERENCES_MM)
         away_from_borders(given_rig, side, y)
         psi_mm = table.landing_px[i] * [PITCH_MM, -PITCH_MM]
-        x = X + psi_mm - lattice.bend * (y - ray.centre_mm)
+        x = X + psi_mm - bench.bend * (y - ray.centre_mm)
         # A lenslet of short focus multiplies what y is off.
-        assert x == pytest.approx(ray.panel_mm, abs=BY_DIFFERENCES_MM * (1.0 + lattice.bend))
+        assert x == pytest.approx(ray.panel_mm, abs=BY_DIFFERENCES_MM * (1.0 + bench.bend))
 
 
 @unhurried
@@ -91,7 +91,7 @@ def test_reduced_rays_of_a_bare_panel(given_rig: Rig, side: Side, X: np.ndarray)
     psi_mm = table.landing_px[0] * [PITCH_MM, -PITCH_MM]
     assert X + psi_mm == pytest.approx(ray.panel_mm, abs=BY_DIFFERENCES_MM)
     assert not table.array_cells.any()
-    assert not table.cells_per_px.any()
+    assert not table.within_cells.any()
 
 
 @unhurried

@@ -46,6 +46,12 @@ RIGS: dict[str, Rig] = (
             "rgbg-walls",
             "diamonds-holes",
             "rgbg-bare",
+            "glass-bare",
+            "glass-lenslets-walls",
+            "glass-lenslets-full",
+            "glass-without-relief",
+            "dispersing-lenslets-walls",
+            "dispersing-lenslets-glass",
         )
     }
     | {
@@ -89,6 +95,7 @@ PERCEIVED_WITHIN = {
     "round-holes-moved": 0.04,
     "diamonds-lenslets": 0.06,
     "diamonds-holes": 0.05,
+    "dispersing-lenslets-walls": 0.045,
 }
 # Of blind rays few meet a hole: there a row takes as many as it may have.
 RAYS_AN_EYE = dict.fromkeys(("round-holes-moved", "square-holes-walls", "diamonds-holes"), 1 << 25)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vrlf.gpu import Device, Texture, compute
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import bench_of, is_lateral
 from vrlf.optics.eye import aberration_at, eye_optics
 from vrlf.optics.holes import hole_points
 from vrlf.optics.lattice import lattice_of
@@ -112,15 +112,13 @@ def full_size_rig(name: str, **array: Any) -> Rig:
 
 def point_on_gpu(rig: Rig, rays: int, point: int) -> dict[str, int]:
     """Which of its blind points each eye's table holds at ``point``: holes keep them sorted."""
-    lattice, bench = lattice_of(rig), bench_of(rig)
+    lattice = lattice_of(rig)
     if lattice is None:
         return dict.fromkeys(SIDES, point)
     tables = [ray_tables(rig, side, rays) for side in SIDES]
     colours = max(len(each) for each in tables)
     flat = [table for each in tables for table in each * (colours // len(each))]
-    crossings = [
-        t.array_cells + bench.array_from_panel * t.within_pixel @ t.cells_per_px.T for t in flat
-    ]
+    crossings = [t.array_cells + t.within_cells for t in flat]
     grid = bins.grid_over(crossings, lattice.hole_reach)
     orders = [bins.sort_into(grid, each)[0] for each in crossings]
     return {side: int(orders[i * colours][point]) for i, side in enumerate(SIDES)}
@@ -142,7 +140,7 @@ def hold_landings(rig: Rig, landed: Light, rays: int, point: int) -> None:
         slope = aberration_at(optics.aberration[0], u_mm)
         u_mm = u_mm + np.array(optics.pupil_offset_mm)
         x_mm = centre_mm + within_mm
-        wanted = twin_trace(bench_of(rig), lattice_of(rig), view, x_mm, u_mm, slope)
+        wanted = twin_trace(optics.benches[0], lattice_of(rig), view, x_mm, u_mm, slope)
         off_um = (in_cell - wanted.in_cell) * rig.array.pitch_um
         # A crossing on a border between cells may be counted to either; rare, and left out.
         same_cell = (np.abs(off_um) < 0.5 * rig.array.pitch_um).all(axis=-1)
@@ -163,7 +161,11 @@ def begun(rig: Rig, side: Side, rays: int, point: int, got: Light) -> tuple[Ligh
     optics, kind = eye_optics(rig, side), quadrature_of(rig, rays)
     if kind == "points":
         index = point_on_gpu(rig, rays, point)[side]
-        return pupil_points(rig, optics, rays).from_centre_mm[index], np.zeros(2), got
+        points = pupil_points(rig, optics, rays)
+        # With lateral colour the table of a mask's ray holds its place in the pixel, too.
+        folded = is_lateral(rig) and rig.array.kind != "none"
+        within_mm = points.within_pixel_mm[index] if folded else np.zeros(2)
+        return points.from_centre_mm[index], within_mm, got
     if kind == "lines":
         lines = stretches(rig, optics, 0, rays, "all")
         return lines.from_centre_mm[point, 0], lines.within_pixel_mm[point, 0], got

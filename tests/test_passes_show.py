@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from vrlf.gpu import Device, Texture
+from vrlf.model import Rig
 from vrlf.optics.tile import BACKGROUND_CODE, GREY_CODE, LINE_CODE, Tile, tile_at
 from vrlf.passes import Encode
 from vrlf.passes.show import Show, Shown
@@ -41,7 +42,7 @@ HOW: dict[str, dict[str, Any]] = {
 
 
 def shown(
-    device: Device, tile: Tile, strides: tuple[int, int] = (1, 1), **how: Any
+    device: Device, tile: Tile, strides: tuple[int, int] = (1, 1), rig: Rig = RIG, **how: Any
 ) -> NDArray[Any]:
     """The canvas, row 0 at the top."""
     show = Show(device)
@@ -51,18 +52,18 @@ def shown(
     second = Texture.from_array(device, SECOND, label="second")
     if "second" in how:
         how["second"] = Shown(second, strides[1])
-    show.run(RIG, tile, Shown(first, strides[0]), canvas, **how)
+    show.run(rig, tile, Shown(first, strides[0]), canvas, **how)
     codes = np.asarray(canvas.read()[::-1, :, :3])
     for each in (show, canvas, first, second):
         each.release()
     return codes
 
 
-def expected(tile: Tile, first: NDArray[Any] = FIRST, **how: Any) -> NDArray[Any]:
+def expected(tile: Tile, first: NDArray[Any] = FIRST, rig: Rig = RIG, **how: Any) -> NDArray[Any]:
     """The twin's tile in a window."""
     codes = np.full((*WINDOW[::-1], 3), 7, np.uint8)
     x, y, width, height = tile.window_px
-    part = show_tile(RIG, tile, first.astype(np.float64), **how)
+    part = show_tile(rig, tile, first.astype(np.float64), **how)
     here = codes[y : y + height, x : x + width]
     here[:] = part[: here.shape[0], : here.shape[1]]
     return codes
@@ -77,6 +78,19 @@ def test_a_tile_is_the_twins(device: Device, name: str, how: str) -> None:
     )
     # Means over areas round in 32 bits; hard pixels must be the twin's very codes.
     assert difference.max() <= (1 if tile.scale > 1.0 else 0)
+
+
+def test_diamonds_stand_where_their_pixel_is_on_the_panel(device: Device) -> None:
+    """The right eye's tile begins with an odd column; where a pixel lacks a colour it is dark."""
+    rig = pass_rigs.rig(21, 13, panel={"subpixels": "pentile-diamond"})
+    tile = Tile((2, 1, 50, 40), (11, 0, 10, 13), (11.0, 0.0), 0.125)
+    codes = shown(device, tile, rig=rig, subpixels=True)
+    np.testing.assert_array_equal(codes, expected(tile, rig=rig, subpixels=True))
+    # Column 11, row 0 has blue and green; the next one red and green.
+    assert not codes[1:9, 2:10, 0].any()
+    assert codes[1:9, 2:10, 2].any()
+    assert not codes[1:9, 10:18, 2].any()
+    assert codes[1:9, 10:18, 0].any()
 
 
 def test_one_to_one_shows_the_codes_that_files_get(device: Device) -> None:

@@ -28,6 +28,7 @@ RIGS = {
         "leaning-walls-acrylic-astigmatic",
         "bare-wavefront-own-power",
         "strong-lenslets",
+        "diamonds-walls-relief",
     )
 }
 

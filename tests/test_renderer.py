@@ -188,7 +188,7 @@ def test_the_middle_column_is_dark(gpu: GpuRenderer) -> None:
 def made(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The names of the tables that renderers make from now on, in order."""
     names: list[str] = []
-    for name in ("ForwardTables", "PerceiveTables"):
+    for name in ("forward_tables", "PerceiveTables"):
         original = getattr(renderer_module, name)
 
         def counted(*args: Any, name: str = name, original: Any = original) -> Any:
@@ -206,7 +206,7 @@ def test_tables_are_made_once_for_a_rig(gpu: GpuRenderer, made: list[str]) -> No
         same = Rig.model_validate(given.model_dump())
         panel = gpu.prefilter(pass_rigs.picture(given, seed), same)
         gpu.perceive(panel, same, rays=RAYS)
-    assert made == ["ForwardTables", "PerceiveTables"]
+    assert made == ["forward_tables", "PerceiveTables"]
 
 
 def test_tables_are_remade_for_another_rig(gpu: GpuRenderer, made: list[str]) -> None:
@@ -215,7 +215,7 @@ def test_tables_are_remade_for_another_rig(gpu: GpuRenderer, made: list[str]) ->
     other = one.model_copy(update={"left": left})
     picture = pass_rigs.picture(one)
     first = [gpu.prefilter(picture, each).tobytes() for each in (one, other, one)]
-    assert made == ["ForwardTables"] * 3
+    assert made == ["forward_tables"] * 3
     assert first[0] == first[2]
     assert first[0] != first[1]
     seen = [gpu.perceive(picture, each, rays=RAYS).tobytes() for each in (one, other, one)]

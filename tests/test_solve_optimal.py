@@ -188,6 +188,7 @@ def test_it_is_as_good_as_an_independent_solution(
         "bare-wavefront-own-power",
         "round-holes",
         "walls-stripes-relief",
+        "diamonds-free",
     ],
 )
 def test_it_is_as_good_as_its_twin(renderer: GpuRenderer, name: str) -> None:
@@ -197,7 +198,12 @@ def test_it_is_as_good_as_its_twin(renderer: GpuRenderer, name: str) -> None:
     holes = pass_rigs.rig(
         25, 16, array=pass_rigs.HOLES | {"aperture_shape": "circle", "offset_um": [140.0, -60.0]}
     )
-    own = {"walls-free": small, "round-holes": holes}
+    diamonds = small.panel.model_copy(update={"subpixels": "pentile-diamond"})
+    own = {
+        "walls-free": small,
+        "round-holes": holes,
+        "diamonds-free": small.model_copy(update={"panel": diamonds}),
+    }
     rig = optimally(own[name] if name in own else pass_rigs.APART[name])
     meant = pass_rigs.picture(rig, seed=9)
     db = []

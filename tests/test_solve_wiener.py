@@ -168,6 +168,17 @@ def test_spots_meet_a_cell_everywhere() -> None:
     assert len({tuple(place) for place in at}) >= 25
 
 
+def test_spots_on_a_bare_panel_meet_every_place_of_a_layout() -> None:
+    """One spot where all pixels are alike; the four kinds of a PenTile panel alike often."""
+    assert len(spots_of(pass_rigs.rig(44, 30)).places.reshape(-1, 2)) == 1
+    rig = pass_rigs.rig(44, 30, panel={"subpixels": "pentile-rgbg"})
+    spots = spots_of(rig)
+    at = spots.places.reshape(-1, 2) % 2
+    counts = np.bincount(2 * at[:, 1] + at[:, 0], minlength=4)
+    # Well-spread places: each kind within a third of its quarter.
+    assert counts.min() > 0.66 * len(at) / 4
+
+
 def test_walls_leave_the_spots_they_show() -> None:
     walls = pass_rigs.LENSLETS | {"barriers": "perpendicular"}
     rig = pass_rigs.rig(44, 30, array=walls, left={"pupil_mm": 3.0}, right={"pupil_mm": 3.0})

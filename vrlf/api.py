@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from vrlf.model import Rig, load_rig
 from vrlf.optics.inspect import inspect_rig
+from vrlf.optics.tracing import Tracing
 from vrlf.renderer import DEFAULT_RAYS, Exposure, GpuRenderer, Image, checked_image
 
 Renderer = GpuRenderer
@@ -65,6 +66,8 @@ def perceive(
     *,
     rays: int = DEFAULT_RAYS,
     exposure: Exposure = "auto",
+    diffraction: bool = False,
+    exact: bool = False,
     renderer: GpuRenderer | None = None,
 ) -> Image:
     """What both eyes see of a panel image.
@@ -79,6 +82,10 @@ def perceive(
         Rays that the array lets through, for each retinal pixel.
     exposure : "auto" or "none"
         ``auto`` divides by the array's throughput.
+    diffraction : bool
+        Trace ray by ray, each spread as its hole or lenslet diffracts it: slower.
+    exact : bool
+        Trace ray by ray through plano-convex lenslets instead of thin lenses: slower.
     renderer : Renderer, optional
         Keeps the GPU context and the rig's tables over many calls.
 
@@ -91,15 +98,17 @@ def perceive(
     ------
     InputError
         If the panel image has another shape, or values that are no finite numbers, or
-        ``rays`` is not positive.
+        ``rays`` is not positive, or the rig has no array that diffracts, no lenslets to be exact.
     DeviceError
         Without a usable GPU.
     """
+    tracing = Tracing(diffraction=diffraction, exact=exact)
+    tracing.check(rig)
     image = checked_image(panel, rig, "panel image")
     if renderer is not None:
-        return renderer.perceive(image, rig, rays=rays, exposure=exposure)
+        return renderer.perceive(image, rig, rays=rays, exposure=exposure, tracing=tracing)
     with GpuRenderer() as own:
-        return own.perceive(image, rig, rays=rays, exposure=exposure)
+        return own.perceive(image, rig, rays=rays, exposure=exposure, tracing=tracing)
 
 
 def inspect(rig: Rig) -> dict[str, Any]:

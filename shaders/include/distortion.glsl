@@ -1,7 +1,7 @@
 // Where the headset's lens shows what.
 //
 // Needs of the block: vec2 distortion (k1, k2).
-// Twin: vrlf/scene/camera.py, vrlf/reference/prepare.py, vrlf/reference/panorama.py.
+// Twin: vrlf/optics/distortion.py, where the way back is too.
 
 // Brown 1966, radial terms: the lens shows panel slope r at r (1 + k1 r^2 + k2 r^4).
 vec2 as_seen(vec2 slope) {

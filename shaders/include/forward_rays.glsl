@@ -1,8 +1,8 @@
 // The forward prefilter's samples: where a panel point's one lenslet shows it.
 //
 // Needs of the block: FORWARD of vrlf/passes/forward.py; of the shader: the buffers crossings and
-// owners, viewport.glsl, lattice.glsl, and the defines DEGREE, RAY_SETS, WALLS, PERIOD_X and
-// PERIOD_Y (include/period.glsl).
+// owners, viewport.glsl, lattice.glsl, and the defines DEGREE, RAY_SETS, WALLS, LATERAL, PERIOD_X
+// and PERIOD_Y (include/period.glsl).
 // Twin: vrlf/reference/forward.py. Derivation: vrlf/optics/inverse.py.
 //
 // Places are in pixels, right and down, from the centre of the panel's own pixel: small numbers,
@@ -11,7 +11,7 @@
 // lane, once for each of 27 samples.
 
 #include "include/period.glsl"
-#include "include/crossings.glsl"
+#include "include/lateral.glsl"
 
 struct Pixel {
     ivec2 at;
@@ -20,17 +20,40 @@ struct Pixel {
     vec4 owner;    // the same for the barriers
     vec4 law;        // how the pitch varies from the crossing on
     vec4 owner_law;  // and from the owner
+#if LATERAL
+    int colour;    // whose ray that is
+    vec2 lateral;  // how far its magnification moves the pixel's centre in the target
+#endif
 };
 
 Pixel pixel_at(ivec2 at, int eye) {
     ivec2 held = min(at, panel_px - 1);  // groups reach beyond the panel
-    vec4 crossed = CROSSED_IN(crossings, held, eye), law = LAW_IN(crossings, held, eye);
+    Pixel from;
+    from.at = at;
+    from.eye = eye;
+    from.crossed = crossing_of(held, eye, 0);
+    from.law = LAW_IN(crossings, held, eye);
+    from.owner = from.owner_law = vec4(0.0);
 #if WALLS
-    vec4 owner = CROSSED_IN(owners, held, eye), owner_law = LAW_IN(owners, held, eye);
-#else
-    vec4 owner = vec4(0.0), owner_law = vec4(0.0);
+    from.owner = CROSSED_IN(owners, held, eye);
+    from.owner_law = LAW_IN(owners, held, eye);
 #endif
-    return Pixel(at, eye, crossed, owner, law, owner_law);
+#if LATERAL
+    from.colour = 0;
+    from.lateral = lateral_of(held, eye, 0);
+#endif
+    return from;
+}
+
+// The same pixel's rays in a colour that may be magnified differently.
+Pixel in_colour(Pixel from, int colour) {
+#if LATERAL
+    ivec2 held = min(from.at, panel_px - 1);
+    from.crossed = crossing_of(held, from.eye, colour);
+    from.colour = colour;
+    from.lateral = lateral_of(held, from.eye, colour);
+#endif
+    return from;
 }
 
 // Groups reach beyond the panel and the viewport; the left eye's darken the middle column.
@@ -85,17 +108,26 @@ struct Ray {
 };
 
 Ray ray_at(Pixel from, vec2 place, int set) {
-    vec2 even = array_from_panel * times(cells_per_px, place);
+#if LATERAL
+    float crossing = magnified[from.colour].z;
+    vec2 seen = from.lateral + magnified[from.colour].y * place;
+    int pupil_map = set;
+#else
+    float crossing = array_from_panel;
+    vec2 seen = place;
+    int pupil_map = ray_set(from.eye, 0);  // the same for all colours
+#endif
+    vec2 even = crossing * times(cells_per_px, place);
     vec2 q = from.crossed.xy + in_cells(even, from.law);
     vec2 cell = nearest_cell(q);
     vec2 in_cell = from_middle(q, cell, even, from.crossed, from.law);
-    vec2 pupil = times(pupil_radii_per_cell[from.eye], in_cell);
+    vec2 pupil = times(pupil_radii_per_cell[pupil_map], in_cell);
     bool met = dot(pupil, pupil) <= 1.0;
 #if WALLS
     vec2 off = nearest_cell(from_owner(from.owner, from.owner_law, from.crossed, cell, place));
     met = met && off == vec2(0.0);  // else absorbed by a wall
 #endif
-    return Ray(cell, met, place + displacement(in_cell, set));
+    return Ray(cell, met, seen + displacement(in_cell, set));
 }
 
 // Whether a ray meets the pupil and lands in its eye's viewport, the border included.

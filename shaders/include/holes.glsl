@@ -22,7 +22,7 @@ bool is_walled_off(Retina at, vec2 cell, vec2 place) {
 vec3 through_hole(Retina at, int set, vec2 cell, vec2 off) {
     vec2 in_pupil = times(hole_maps[3 * set], off);
     vec4 middle = hole_maps[3 * set + 2];
-    vec2 landing = middle.xy + times(hole_maps[3 * set + 1], off);
+    vec2 landing = landed(at, middle.xy + times(hole_maps[3 * set + 1], off));
     vec3 total = vec3(0.0);
     int first = set * points + batch_first;
     for (int i = first; i < first + batch_points; i++) {
@@ -62,7 +62,7 @@ vec3 through_each_hole(Retina at, int set) {
 }
 #else
 // Where a ray crosses whose even places from the pixel's crossing are two together.
-vec2 crossing_of(Retina at, vec2 even, vec2 moved) {
+vec2 crossed_at(Retina at, vec2 even, vec2 moved) {
 #if VARYING
     return at.crossed.xy + in_cells(even + moved, at.law);
 #else
@@ -70,12 +70,14 @@ vec2 crossing_of(Retina at, vec2 even, vec2 moved) {
 #endif
 }
 
-// One ray that stands for the whole retinal pixel, at one place in it.
+// One ray that stands for the whole retinal pixel, at one place in it. With LATERAL the table has
+// what the place moves in the ray itself, and the place is 0.
 vec3 sampled(Retina at, vec4 ray, vec2 place_px) {
     vec2 moved = array_from_panel * times(cells_per_px, place_px);
-    vec2 q = crossing_of(at, ray.xy, moved), cell = nearest_cell(q);
-    if (!is_open(from_middle(q, cell, ray.xy + moved, at.crossed, at.law))) return vec3(0.0);  // blocked by the mask
-    vec2 landing = ray.zw + place_px;
+    vec2 q = crossed_at(at, ray.xy, moved), cell = nearest_cell(q);
+    vec2 in_cell = from_middle(q, cell, ray.xy + moved, at.crossed, at.law);
+    if (!is_open(in_cell)) return vec3(0.0);  // blocked by the mask
+    vec2 landing = landed(at, ray.zw + place_px);
     if (barriers != 0) {
         if (is_walled_off(at, cell, landing)) return vec3(0.0);
     }
@@ -85,7 +87,7 @@ vec3 sampled(Retina at, vec4 ray, vec2 place_px) {
 // The cell that a ray crosses, counted from at.crossed.zw.
 vec2 cell_of(Retina at, int index) {
     vec2 place = array_from_panel * times(cells_per_px, within[index]);
-    return nearest_cell(crossing_of(at, rays[index].xy, place));
+    return nearest_cell(crossed_at(at, rays[index].xy, place));
 }
 
 // Only the rays that holes can pass: hole by hole, the bins of rays that lie under it.

@@ -4,8 +4,16 @@
 // through one lenslet. Places along it run from 0 to 1.
 //
 // Needs what rays.glsl needs; rays[2 i] is where stretch i crosses the array (cells) and how
-// far that moves, rays[2 i + 1] the same on the panel (pixels), within[i].x its share.
+// far that moves, rays[2 i + 1] the same on the panel (pixels), within[i].x its share,
+// within[i].y how much its colour's lenslets bend.
 // Twin: vrlf/reference/quadrature.py. Derivation: vrlf/optics/lines.py.
+
+// g / f of the lenslets that a line passes; one for all lines, or with BENDS its colour's own.
+#if BENDS
+#define BEND_OF(index) within[index].y
+#else
+#define BEND_OF(index) bend
+#endif
 
 // No component so small that its inverse is not finite.
 vec2 moving(vec2 v) {
@@ -96,8 +104,8 @@ BORDERS until_borders(Retina at, vec2 cell, BORDERS toward, BORDERS start, BORDE
 }
 
 // Where a stretch that begins at `landing` lands behind a cell.
-vec2 behind(Retina at, vec2 cell, vec2 landing) {
-    return landing + bend * times(px_per_cell, evenly(cell - at.crossed.xy, at.law));
+vec2 behind(Retina at, int index, vec2 cell, vec2 landing) {
+    return landing + BEND_OF(index) * times(px_per_cell, evenly(cell - at.crossed.xy, at.law));
 }
 
 vec3 along(Retina at, int index) {
@@ -108,12 +116,13 @@ vec3 along(Retina at, int index) {
 #else
     BORDERS start = along_normals(q);
 #endif
-    vec2 landing = rays[2 * index + 1].xy, landing_step = moving(rays[2 * index + 1].zw);
+    vec2 landing = landed(at, rays[2 * index + 1].xy);
+    vec2 landing_step = moving(rays[2 * index + 1].zw);
     BORDERS q_inverse = 1.0 / q_step, q_toward = sign(q_step);
     vec2 landing_inverse = 1.0 / landing_step, landing_toward = sign(landing_step);
 
     vec2 cell = nearest_cell(q);
-    vec2 place = behind(at, cell, landing);
+    vec2 place = behind(at, index, cell, landing);
     vec2 pixel = floor(place + 0.5);
     vec2 walls = between_walls(at, cell, place, landing_step);
     float from = 0.0;
@@ -131,7 +140,7 @@ vec3 along(Retina at, int index) {
         from = max(from, to);
         if (border <= edge) {
             cell += across(until_border, q_toward);
-            place = behind(at, cell, landing);
+            place = behind(at, index, cell, landing);
             pixel = floor(place + from * landing_step + 0.5);
             walls = between_walls(at, cell, place, landing_step);
         } else {

@@ -13,12 +13,16 @@ rendering   ``render``: its frames without it
 encoder     a picture on the GPU as the codes that files hold
 eyes        ``eye``: what each eye makes of a point
 facts       ``inspect``, ``rigs``, ``doctor``
+lenslets    ``lenslet``: how well the array's lenslets focus
+lenslet_words the text of that
+profiles    ``profile``: a viewer's code as a rig
 words       the text of ``inspect``
 demo        ``demo``: the whole chain on shipped content
 sheet       the demo's one picture of all of it
 benching    ``bench``, ``bench speed``
 judging     ``bench quality``, ``bench frames``
 running     ``bench change``, ``bench memory``
+tolerating  ``bench tolerance``
 sizes       what the benches' options turn text into
 =========== ================================================================
 """

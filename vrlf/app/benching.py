@@ -9,6 +9,7 @@ from vrlf.app.judging import frames, quality
 from vrlf.app.options import json_option, put_json, rays_option, say, whole_number
 from vrlf.app.running import change, memory
 from vrlf.app.sizes import decimal_number, panel_sizes, plot_option, require_plot
+from vrlf.app.tolerating import tolerance
 from vrlf.gpu import Device
 from vrlf.model import DEFAULT_RIG, load_rig
 from vrlf.studies.bench import bench_table, run_bench
@@ -146,3 +147,4 @@ bench.add_command(quality)
 bench.add_command(frames)
 bench.add_command(change)
 bench.add_command(memory)
+bench.add_command(tolerance)

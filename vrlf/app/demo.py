@@ -27,7 +27,7 @@ from vrlf.errors import RigError
 from vrlf.evaluation.measure import Likeness, border_px, likeness
 from vrlf.files import atomic_write_text, check_target, make_folder, shown
 from vrlf.images import write_encoded
-from vrlf.model import Rig, load_rig, rig_from_tables
+from vrlf.model import Rig, focal_mm, load_rig, rig_from_tables
 from vrlf.optics.inspect import inspect_rig
 from vrlf.optics.viewport import SIDES, Side, viewport
 from vrlf.renderer import DEFAULT_RAYS, GpuRenderer, Image, bare_rig
@@ -264,7 +264,7 @@ def _array_note(rig: Rig) -> str:
     what = (
         f"holes of {array.aperture_um:g} um"
         if array.kind == "pinhole"
-        else f"lenslets of {array.focal_mm:g} mm focus"
+        else f"lenslets of {focal_mm(array):.4g} mm focus"
     )
     return f"{what}, {array.pitch_um:g} um apart{lattice}, gap {array.gap_mm:g} mm{turned}"
 

@@ -36,7 +36,8 @@ _COVER = SourceOptions(fit="cover")
 _WIDER = 1.4
 
 
-def _rigs_option(command: Command) -> Command:
+def rigs_option(command: Command) -> Command:
+    """Any number of rigs."""
     return click.option(
         "-r",
         "--rig",
@@ -49,7 +50,8 @@ def _rigs_option(command: Command) -> Command:
     )(command)
 
 
-def _panel_option(command: Command) -> Command:
+def panel_option(command: Command) -> Command:
+    """The small panel that is judged on."""
     return click.option(
         "--panel",
         type=panel_size,
@@ -60,7 +62,7 @@ def _panel_option(command: Command) -> Command:
 
 
 @click.command(short_help="Measure how sharp each prefilter makes what is seen.")
-@_rigs_option
+@rigs_option
 @click.option(
     "--source",
     "sources",
@@ -79,7 +81,7 @@ def _panel_option(command: Command) -> Command:
     metavar="N",
     help="Steps of the optimal prefilter; can be given again.",
 )
-@_panel_option
+@panel_option
 @click.option("--full", is_flag=True, help="The rig's own panel, whole: takes many minutes.")
 @click.option(
     "--converged",
@@ -145,7 +147,7 @@ def quality(
 
 
 @click.command(short_help="Measure each frame of a still, of pans and of a cut.")
-@_rigs_option
+@rigs_option
 @click.option(
     "--source",
     default=SCENE,
@@ -178,7 +180,7 @@ def quality(
     metavar="N",
     help="Frames of each motion, 2 to 1000.",
 )
-@_panel_option
+@panel_option
 @rays_option(FRAME_RAYS)
 @json_option
 def frames(

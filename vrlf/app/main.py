@@ -14,9 +14,11 @@ from vrlf.app.benching import bench
 from vrlf.app.demo import demo
 from vrlf.app.eyes import eye
 from vrlf.app.facts import doctor, inspect, rigs
+from vrlf.app.lenslets import lenslet
 from vrlf.app.options import say
 from vrlf.app.pictures import chart, perceive, prefilter
 from vrlf.app.previewing import preview
+from vrlf.app.profiles import profile
 from vrlf.app.rendering import render
 from vrlf.errors import VrlfError
 
@@ -60,7 +62,7 @@ def vrlf(context: click.Context) -> None:
 
 for _command in (
     *(demo, prefilter, perceive, preview, render),
-    *(inspect, eye, doctor, rigs, chart, bench),
+    *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench),
 ):
     vrlf.add_command(_command)
 

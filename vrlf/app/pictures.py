@@ -32,6 +32,7 @@ from vrlf.errors import InputError
 from vrlf.files import shown
 from vrlf.images import check_picture_target, read_picture, write_encoded, write_picture
 from vrlf.model import Rig
+from vrlf.optics.tracing import Tracing
 from vrlf.optics.viewport import SIDES
 from vrlf.renderer import DEFAULT_RAYS, GpuRenderer, Image, Renderer
 from vrlf.renderer.live import viewport_size
@@ -177,6 +178,16 @@ def prefilter(
     show_default=True,
     help="auto makes up for the light that the array takes, none shows it as dim as it is.",
 )
+@click.option(
+    "--diffraction",
+    is_flag=True,
+    help="Trace ray by ray, each spread as its hole or lenslet diffracts its colour's light.",
+)
+@click.option(
+    "--exact",
+    is_flag=True,
+    help="Trace ray by ray through plano-convex lenslets of index 1.49 instead of thin lenses.",
+)
 @encoding_option
 @bits_option
 @dither_option
@@ -187,6 +198,8 @@ def perceive(
     output: str,
     rays: int,
     exposure: Any,
+    diffraction: bool,
+    exact: bool,
     encoding: Any,
     bits: str | None,
     dither: bool,
@@ -197,34 +210,41 @@ def perceive(
     """Write what both eyes see of the panel image PANEL, side by side in the panel's size.
 
     PANEL has exactly the size of the rig's panel; 'vrlf prefilter' writes one. Give the rig
-    and the eyes that it was made for, or others to see what those get of it.
+    and the eyes that it was made for, or others to see what those get of it. --diffraction and
+    --exact, together or apart, trace each ray by itself: slower, and closer to real hardware.
 
     \b
     Examples:
       vrlf perceive panel.png -r mine.toml -o seen.png
       vrlf perceive target.png -r mine.toml --set array.kind=none -o without-correction.png
+      vrlf perceive panel.png -r pinhole --diffraction -o spread-by-the-holes.png
     """
     rig = rig_choice(options).load()
     say_of_wavefronts(rig)
     own_bits, _ = check_outputs([output], rig, bits)
+    tracing = Tracing(diffraction=diffraction, exact=exact)
+    tracing.check(rig)
     shown = read_picture(panel, encoding=encoding)
     _require_panel_size(shown, rig, panel)
     with renderer_of(device) as renderer:
-        seen, error = _seen(renderer, shown, rig, rays, exposure)
+        seen, error = _seen(renderer, shown, rig, rays, exposure, tracing)
         write_result(output, seen, renderer, bits=own_bits, dither=dither)
     if as_json:
-        put_json(_written(output, rig, rays=rays, exposure=exposure, quadrature_rms=error))
+        traced = {"diffraction": diffraction, "exact": exact} if tracing else {}
+        numbers = {"rays": rays, "exposure": exposure, "quadrature_rms": error, **traced}
+        put_json(_written(output, rig, **numbers))
     elif error is not None:
         say(f"quadrature error about {error:.1g} RMS")
 
 
 def _seen(
-    renderer: Renderer, panel: Image, rig: Rig, rays: int, exposure: Any
+    renderer: Renderer, panel: Image, rig: Rig, rays: int, exposure: Any, tracing: Tracing
 ) -> tuple[Image, float | None]:
     """What both eyes see, and how far off that is; a twin and a single ray can't say."""
     if rays < 2 or not isinstance(renderer, GpuRenderer):
-        return renderer.perceive(panel, rig, rays=rays, exposure=exposure), None
-    return renderer.perceive_with_error(panel, rig, rays=rays, exposure=exposure)
+        seen = renderer.perceive(panel, rig, rays=rays, exposure=exposure, tracing=tracing)
+        return seen, None
+    return renderer.perceive_with_error(panel, rig, rays=rays, exposure=exposure, tracing=tracing)
 
 
 def _require_panel_size(picture: Image, rig: Rig, path: str) -> None:

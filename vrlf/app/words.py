@@ -16,7 +16,7 @@ _FINE_PX = 1.5
 def inspection(rig: Rig, numbers: Numbers) -> str:
     """All of it, a paragraph for each part."""
     parts = [
-        _display(rig, numbers["display"]),
+        _display(rig, numbers),
         _eye(rig, "Left eye", numbers["left"], numbers["display"]),
         _eye(rig, "Right eye", numbers["right"], numbers["display"]),
         _array(numbers),
@@ -26,19 +26,56 @@ def inspection(rig: Rig, numbers: Numbers) -> str:
     return "\n\n".join(parts)
 
 
-def _display(rig: Rig, display: Numbers) -> str:
-    panel, image = rig.panel, display["virtual_image_mm"]
+def _display(rig: Rig, numbers: Numbers) -> str:
+    panel, display = rig.panel, numbers["display"]
+    image, height = display["virtual_image_mm"], display["axis_height_px"]
     where = "at infinity" if image is None else _distance(image)
-    return "\n".join(
-        [
-            "Headset",
-            f"  panel           {panel.width_px} x {panel.height_px} pixels of "
-            f"{panel.pixel_pitch_um:g} um, {panel.subpixels}, {panel.peak_nit:g} cd/m2, "
-            f"{panel.bits} bits",
-            f"  sharpness       {display['pixels_per_degree']:.1f} pixels per degree on the axis",
-            f"  the lens shows the bare panel {where}",
-        ]
+    lines = [
+        "Headset",
+        f"  panel           {panel.width_px} x {panel.height_px} pixels of "
+        f"{panel.pixel_pitch_um:g} um, {panel.subpixels}, {panel.peak_nit:g} cd/m2, "
+        f"{panel.bits} bits",
+        f"  sharpness       {display['pixels_per_degree']:.1f} pixels per degree on the axis",
+        f"  the lens shows the bare panel {where}",
+    ]
+    if height != 0.0:
+        way = "above" if height > 0.0 else "below"
+        lines.append(f"  axes            {abs(height):.1f} pixels {way} the panel's middle")
+    headset = numbers["headset"]
+    if rig.headset.glass is not None:
+        lines.append(
+            f"  colours         {rig.headset.glass} takes them {headset['longitudinal_d']:.2f} D "
+            f"and in the farthest corner {headset['lateral_px']:.1f} pixels apart"
+        )
+    return "\n".join([*lines, *_approximation(headset)])
+
+
+def _approximation(headset: Numbers) -> list[str]:
+    """What taking the eye to be at the lens costs, the worse of both eyes."""
+    costs = [headset[side] for side in ("left", "right") if headset[side] is not None]
+    if not costs:
+        return [f"  an eye {headset['relief_mm']:g} mm behind such a lens has no upright image"]
+    error, beside, shift = (
+        max(abs(cost[key]) for cost in costs) for key in ("error_d", "pupil_shift_mm", "shift_px")
     )
+    size = 100.0 * abs(costs[0]["magnification"] - 1.0)
+    relief = f"{headset['relief_mm']:g} mm"
+    if headset["approximated"]:
+        said = f"taken as 0; an eye {relief} behind the lens pays for that"
+    else:
+        said = f"{relief}; taken as 0 it would cost"
+    lines = [
+        f"  eye relief      {said} {error:.2f} D, {size:.1f} % of size,",
+        f"                  and sees the farthest corner {shift:.1f} pixels off",
+    ]
+    if beside > 0.0:
+        field = min(cost["field_deg"] for cost in costs)
+        lines += [
+            f"                  (its light passes {beside:.1f} mm beside the pupil's centre; what "
+            "meets",
+            f"                  the pupil lies within a field of {field:.0f} degrees)",
+        ]
+    return lines
 
 
 def _distance(mm: float) -> str:
@@ -72,7 +109,16 @@ def _eye(rig: Rig, name: str, eye: Numbers, display: Numbers) -> str:
         lines.append(
             f"  with the array  {corrected:.1f} pixels: {_verdict(_width_px(eye), corrected)}"
         )
+        lines.append(f"  may look        {_gaze(eye['gaze_limit_deg'])}")
+    if eye["barrier_field_deg"] is not None:
+        lines.append(f"  barriers leave  a field of {eye['barrier_field_deg']:.0f} degrees")
     return "\n".join(lines)
+
+
+def _gaze(limit_deg: float | None) -> str:
+    if limit_deg is None:
+        return "anywhere"
+    return f"{limit_deg:.0f} degrees aside before other lenslets' light is half of what it sees"
 
 
 def _width_px(eye: Numbers) -> float:

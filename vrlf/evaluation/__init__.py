@@ -3,6 +3,8 @@
 ========== ==========================================================
 file       holds
 ========== ==========================================================
+shift      PSNR after the best shift of the whole picture
 measure    RMSE, PSNR and SSIM inside the border, after one gain
+fringes    colour that is seen where none was meant
 ========== ==========================================================
 """

@@ -146,6 +146,9 @@ def _described(node: dict[str, Any], place: Location) -> str:
         case "number":
             return "a number" + _bounds(node)
         case "array":
+            if "items" in node:  # of any length
+                kind = "names" if _resolved(node["items"]).get("type") == "string" else "numbers"
+                return f"a list of {kind}" + _bounds(_resolved(node["items"]))
             items = node.get("prefixItems", [{}])
             return f"a list of {len(items)} numbers" + _bounds(items[0])
         case "boolean":

@@ -8,7 +8,9 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import AfterValidator, BaseModel, Field, ValidationInfo, field_validator
 
 from vrlf.model.fields import GIVEN, FromList, between, refusal
+from vrlf.model.glasses import glasses
 from vrlf.model.layouts import layout_names, names_wanted
+from vrlf.model.lenslet import Lenslet, design_power_per_mm
 from vrlf.units import MM_PER_M
 
 # A pitch that varies stays between these shares of the middle one: less would turn back.
@@ -17,6 +19,8 @@ MOST_PITCH: Final = 2.0
 
 ArrayKind = Literal["microlens", "pinhole", "none"]
 
+# A focal length that is given beside a lenslet's surfaces may be rounded to three digits.
+_ROUNDED: Final = 0.005
 # Key of [array], the kinds that need it, the least and the most it may be.
 _NEEDED: Final[dict[str, tuple[tuple[ArrayKind, ...], float, float]]] = {
     "pitch_um": (("microlens", "pinhole"), 1.0, 100_000.0),
@@ -112,6 +116,9 @@ class Headset(BaseModel):
         Lens to pupil; 0 is the single-lens approximation.
     distortion : (float, float) or None
         k1 and k2 of r (1 + k1 r^2 + k2 r^4), r the panel slope.
+    glass : str or None
+        What the lenses are made of, a name of assets/glasses.toml: their power then is that
+        of 589 nm and another for each colour of the panel. None is one power for all.
     """
 
     model_config = GIVEN
@@ -122,6 +129,14 @@ class Headset(BaseModel):
     lens_power_d: Annotated[float, between(-100.0, 1000.0)] | None = None
     eye_relief_mm: Annotated[float, between(0.0, 1000.0)] = 0.0
     distortion: Annotated[tuple[_Distortion, _Distortion], FromList] | None = None
+    glass: str | None = None
+
+    @field_validator("glass", mode="after")
+    @classmethod
+    def _in_the_catalogue(cls, glass: str | None) -> str | None:
+        if glass is not None and glass not in glasses():
+            raise refusal("one of " + ", ".join(f'"{name}"' for name in glasses()))
+        return glass
 
 
 def lens_power_d(headset: Headset) -> float:
@@ -146,8 +161,10 @@ class Array(BaseModel):
         A hexagonal one's second axis stands 60 degrees to its first.
     gap_mm, gap_index : float
         Thickness and refractive index of what is between array and panel.
+    lenslet : Lenslet or None
+        A lenslet's surfaces; None is an ideal one of ``focal_mm``.
     focal_mm : float
-        Focal length of the lenslets.
+        Focal length of the lenslets; 0 where it follows from ``lenslet``. `focal_mm` resolves it.
     aperture_um, aperture_shape : float, {"square", "circle"}
         Side or diameter of the holes.
     offset_um : (float, float)
@@ -172,17 +189,29 @@ class Array(BaseModel):
     gap_index: float = 1.0
     aperture_shape: Literal["square", "circle"] = "square"
     aperture_um: float = Field(default=75.0, validate_default=True)
+    lenslet: Lenslet | None = None
     focal_mm: float = Field(default=0.0, validate_default=True)
     offset_um: Annotated[tuple[_Offset, _Offset], FromList] = (0.0, 0.0)
     rotation_deg: Annotated[float, between(-360.0, 360.0)] = 0.0
     barriers: Literal["none", "perpendicular", "converging"] = "none"
     pitch_growth_per_cm2: Annotated[tuple[_Growth, _Growth], FromList] = (0.0, 0.0)
 
+    @property
+    def varies(self) -> bool:
+        """Whether the pitch does, over the panel."""
+        return self.kind != "none" and self.pitch_growth_per_cm2 != (0.0, 0.0)
+
     @field_validator(*_NEEDED, mode="after")
     @classmethod
     def _needed_by_the_kind(cls, value: float, info: ValidationInfo) -> float:
         kinds, least, most = _NEEDED[info.field_name or ""]
         kind = info.data.get("kind", "none")
+        if info.field_name == "focal_mm" and kind == "microlens":
+            if "lenslet" not in info.data or "gap_index" not in info.data:
+                return value  # what is wrong there is said there
+            if info.data["lenslet"] is not None:
+                _check_focal(value, info.data["lenslet"], info.data["gap_index"])
+                return value
         if kind in kinds and not least <= value <= most:
             raise refusal(f'a number from {least:g} to {most:g} for kind "{kind}"')
         return value
@@ -213,3 +242,27 @@ class Array(BaseModel):
             if aperture_um > most_um:
                 raise refusal(f"at most {most_um:.6g} um: larger squares pass a hexagonal cell")
         return aperture_um
+
+
+def focal_mm(array: Array) -> float:
+    """Focal length of the array's lenslets at the d line: what their surfaces make of it, or given.
+
+    Behind a solid spacer it is the reduced one, as the gap that the ray equations know.
+    """
+    if array.lenslet is None:
+        return array.focal_mm
+    return 1.0 / design_power_per_mm(array.lenslet, array.gap_index)
+
+
+def _check_focal(focal_mm: float, lenslet: Lenslet, gap_index: float) -> None:
+    """Refuse surfaces that focus nothing, and another focal length beside them."""
+    _, least, most = _NEEDED["focal_mm"]
+    power = design_power_per_mm(lenslet, gap_index)
+    if not 1.0 / most <= power <= 1.0 / least:
+        raise refusal(
+            f"a focal length from {least:g} to {most:g} mm",
+            key="array.lenslet",
+            found="surfaces of none" if power <= 0.0 else f"surfaces of {1.0 / power:.4g} mm",
+        )
+    if focal_mm != 0.0 and abs(focal_mm * power - 1.0) > _ROUNDED:
+        raise refusal(f"{1.0 / power:.4g}, what array.lenslet makes of it, or no focal_mm")

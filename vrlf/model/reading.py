@@ -11,6 +11,7 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from vrlf.errors import InputError, RigError
+from vrlf.model.cardboard_rig import with_profile
 from vrlf.model.complaints import wrong_keys
 from vrlf.model.overrides import parse_override
 from vrlf.model.parts import laid_over
@@ -21,6 +22,10 @@ from vrlf.model.toml_file import parse_tables, read_tables
 from vrlf.model.wording import quoted, shown
 
 _LONGEST_CHAIN: Final = 8
+
+Chain = list[tuple[Path, dict[str, Any]]]
+# Tables that are laid over others, the folder that paths in them count from, what they are called.
+Layer = tuple[Path, str, Mapping[str, Any]]
 
 
 def load_rig(
@@ -56,13 +61,10 @@ def load_rig(
         If the source names neither a file nor a shipped rig.
     """
     chain = _chain(_located(source, Path()))
-    tables: dict[str, Any] = {}
-    for path, layer in reversed(chain):
-        tables = laid_over(tables, layer, path.parent, source=label(path))
     name = " extends ".join(label(path) for path, _ in chain)
-    for change in _changes(name, overrides, left=left, right=right, both=both):
-        tables = laid_over(tables, change, Path(), source=name)
-    return rig_from_tables(tables, source=name)
+    changes = _changes(name, overrides, left=left, right=right, both=both)
+    layers = [*_layers(chain), *((Path(), name, change) for change in changes)]
+    return rig_from_tables(_laid(layers, name), source=name)
 
 
 def load_rig_text(text: str, path: Path) -> Rig:
@@ -73,11 +75,9 @@ def load_rig_text(text: str, path: Path) -> Rig:
     RigError
         As `load_rig`.
     """
-    chain = [*_chain(path, text.removeprefix("\ufeff"))]
-    tables: dict[str, Any] = {}
-    for each, layer in reversed(chain):
-        tables = laid_over(tables, layer, each.parent, source=label(each))
-    return rig_from_tables(tables, source=" extends ".join(label(each) for each, _ in chain))
+    chain = _chain(path, text.removeprefix("\ufeff"))
+    name = " extends ".join(label(each) for each, _ in chain)
+    return rig_from_tables(_laid(_layers(chain), name), source=name)
 
 
 def rig_from_tables(tables: Mapping[str, Any], *, source: str = "rig") -> Rig:
@@ -95,6 +95,56 @@ def rig_from_tables(tables: Mapping[str, Any], *, source: str = "rig") -> Rig:
         raise RigError(source, wrong_keys(tables)) from None
 
 
+def _layers(chain: Chain) -> list[Layer]:
+    """The tables of a chain of files, innermost first, each with the folder it counts from."""
+    return [(path.parent, label(path), tables) for path, tables in reversed(chain)]
+
+
+def _laid(layers: Sequence[Layer], name: str) -> dict[str, Any]:
+    """Each layer's tables over those before it; a viewer profile stands for the keys it gives.
+
+    A profile says how high the lenses are above the phone's edge. How high that is above the
+    panel's middle is the panel's to say, whichever layer gives that.
+    """
+    panel: dict[str, Any] = {}
+    for folder, source, layer in layers:
+        given = {key: value for key, value in layer.items() if key == "panel"}
+        panel = laid_over(panel, given, folder, source=source)
+    tables: dict[str, Any] = {}
+    for folder, source, layer in layers:
+        try:
+            layer = with_profile(layer, _table(panel, "panel"), folder)
+        except InputError as error:
+            raise RigError(name, [f"headset.{error}"]) from None
+        tables = laid_over(_outdated_left_out(tables, layer), layer, folder, source=source)
+    return tables
+
+
+def _table(tables: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """A table, or an empty one where something else stands in its place."""
+    table = tables.get(name)
+    return table if isinstance(table, Mapping) else {}
+
+
+def _outdated_left_out(tables: Mapping[str, Any], layer: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The tables without what a new layer's lenslet replaces.
+
+    That is the focal length of the one before it, and its surfaces where they are given another
+    way: one lens, or lists.
+    """
+    array, change = tables.get("array"), layer.get("array")
+    if not isinstance(array, Mapping) or not isinstance(change, Mapping):
+        return tables
+    lenslet, old = change.get("lenslet"), array.get("lenslet")
+    if not isinstance(lenslet, Mapping):
+        return tables
+    kept = {key: value for key, value in array.items() if key != "focal_mm"}
+    other_way = isinstance(old, Mapping) and ("radii_mm" in lenslet) != ("radii_mm" in old)
+    if other_way and not {"radii_mm", "radius_mm"}.isdisjoint(lenslet):
+        kept.pop("lenslet")
+    return {**tables, "array": kept}
+
+
 def _located(source: str | Path, folder: Path) -> Path:
     """The file that a path, relative to ``folder``, or a shipped rig's name stands for."""
     if "\0" in str(source):
@@ -104,12 +154,12 @@ def _located(source: str | Path, folder: Path) -> Path:
     return folder / source
 
 
-def _chain(path: Path, text: str | None = None) -> list[tuple[Path, dict[str, Any]]]:
+def _chain(path: Path, text: str | None = None) -> Chain:
     """The file and those it extends, outermost first, each with its own tables.
 
     ``text`` stands for what the first file holds.
     """
-    chain: list[tuple[Path, dict[str, Any]]] = []
+    chain: Chain = []
     seen: set[str] = set()
     while True:
         tables = _tables(path, text)

@@ -8,8 +8,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 
 from vrlf.model.eye import Eye
 from vrlf.model.fields import GIVEN, above, between, refusal
+from vrlf.model.glasses import glasses
 from vrlf.model.hardware import LEAST_PITCH, MOST_PITCH, Array, Headset, Panel, lens_power_d
-from vrlf.units import MM2_PER_CM2, MM_PER_M, UM_PER_MM
+from vrlf.model.lenslet import faces
+from vrlf.model.tolerance import Tolerance
+from vrlf.units import MM2_PER_CM2, MM_PER_M, NM_PER_UM, UM_PER_MM
 
 # Slanted rays that meet the panel cross the array up to so far beside it.
 _BEYOND_MM: Final = 10.0
@@ -65,6 +68,8 @@ class Rig(BaseModel):
         ``schema`` in the file.
     panel, headset, array, left, right, prefilter
         The tables of the file. Without an [array] table there is no array.
+    tolerance : Tolerance or None
+        What ``optimal`` is to put up with; None is nothing.
     """
 
     model_config = ConfigDict(**GIVEN, serialize_by_alias=True)
@@ -76,6 +81,37 @@ class Rig(BaseModel):
     left: Eye
     right: Eye
     prefilter: Prefilter = Prefilter()
+    tolerance: Tolerance | None = None
+
+    @field_validator("tolerance", mode="after")
+    @classmethod
+    def _not_behind_walls(
+        cls, tolerance: Tolerance | None, info: ValidationInfo
+    ) -> Tolerance | None:
+        """Behind perpendicular walls and a pitch that varies each pixel has a row of its own.
+
+        There is no room for many rigs' rows.
+        """
+        array = info.data.get("array")
+        if tolerance is None or array is None or array.kind == "none":
+            return tolerance
+        if array.varies:
+            raise _even_pitch_wanted(array, "[tolerance]")
+        if array.barriers == "perpendicular":
+            raise refusal(
+                'barriers "converging" or "none" beside [tolerance]',
+                key="array.barriers",
+                found='"perpendicular"',
+            )
+        return tolerance
+
+    @field_validator("headset", mode="after")
+    @classmethod
+    def _knows_its_colours(cls, headset: Headset, info: ValidationInfo) -> Headset:
+        panel = info.data.get("panel")
+        if panel is not None and headset.glass is not None:
+            _check_known_colours(panel, headset.glass, "headset.glass")
+        return headset
 
     @field_validator("array", mode="after")
     @classmethod
@@ -84,10 +120,26 @@ class Rig(BaseModel):
         if headset is not None:
             _check_array_between_lens_and_panel(headset, array)
             _check_relief(headset, array)
+            if headset.glass is not None and headset.eye_relief_mm > 0.0 and array.varies:
+                raise _even_pitch_wanted(array, "headset.glass with an eye relief")
         panel = info.data.get("panel")
         if panel is not None:
             _check_pitches(panel, array)
+        if panel is not None and array.kind == "microlens" and array.lenslet is not None:
+            names = [face.glass for face in faces(array.lenslet) if face.glass in glasses()]
+            for name in dict.fromkeys(names):
+                _check_known_colours(panel, str(name), "array.lenslet's")
         return array
+
+
+def _check_known_colours(panel: Panel, name: str, whose: str) -> None:
+    """Refuse colours at which the lenses' material was not measured."""
+    low, high = (NM_PER_UM * end for end in glasses()[name].range_um)
+    if not all(low <= nm <= high for nm in panel.wavelengths_nm):
+        raise refusal(
+            f'wavelengths from {low:g} to {high:g} nm, where {whose} "{name}" is known',
+            key="panel.wavelengths_nm",
+        )
 
 
 def _check_array_between_lens_and_panel(headset: Headset, array: Array) -> None:
@@ -128,7 +180,7 @@ def _before_growth_mm(growth_per_cm2: float, place_mm: float) -> float:
 
 def _check_pitches(panel: Panel, array: Array) -> None:
     """Refuse pitches that vary by more than rays can be followed through."""
-    if array.kind == "none" or array.pitch_growth_per_cm2 == (0.0, 0.0):
+    if not array.varies:
         return
     least, most = pitch_shares(panel, array)
     if least < LEAST_PITCH or most > MOST_PITCH:
@@ -143,6 +195,14 @@ def _check_pitches(panel: Panel, array: Array) -> None:
         raise refusal(
             f"at most the least pitch of {least * array.pitch_um:.4g} um", key="array.aperture_um"
         )
+
+
+def _even_pitch_wanted(array: Array, beside: str) -> Exception:
+    return refusal(
+        f"[0, 0] beside {beside}",
+        key="array.pitch_growth_per_cm2",
+        found=str(list(array.pitch_growth_per_cm2)),
+    )
 
 
 def _check_relief(headset: Headset, array: Array) -> None:

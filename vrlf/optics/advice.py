@@ -6,11 +6,13 @@ from math import atan, ceil, degrees
 
 import numpy as np
 
-from vrlf.model import Eye, Rig
+from vrlf.model import Eye, Rig, focal_mm
 from vrlf.optics import limits
 from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.distortion import coefficients_of, edge_radius, turning_radius
 from vrlf.optics.eye import EyeOptics, amplitude_of_accommodation_d, eye_optics, viewer
 from vrlf.optics.lattice import Lattice, lattice_of
+from vrlf.optics.openings import FOCUSED_PX, served_pupil
 from vrlf.optics.viewport import (
     SIDES,
     Side,
@@ -23,11 +25,11 @@ from vrlf.units import UM_PER_MM
 
 # Blur below this is not worth an array.
 _SHARP_PX = 1.5
-# Lenslets whose own blur is below this many pixels count as focused.
-_FOCUSED_PX = 3.0
 _DIM = 0.25
 # Rounding leaves 1e-16 where accommodation reaches its aim.
 _UNREACHED = 1e-9
+# Less of a pupil than this in focus is said.
+_SERVED = 0.9
 # A pupil wider than the eyebox by less than this sees next to nothing twice.
 _COVERED = 0.98
 
@@ -37,7 +39,7 @@ def advice(rig: Rig) -> list[str]:
     sentences: list[str] = []
     for side in SIDES:
         sentences += [f"{side} eye: {text}" for text in _eye_advice(rig, side)]
-    return _joined(sentences) + _array_advice(rig)
+    return _joined(sentences) + _headset_advice(rig) + _array_advice(rig)
 
 
 def wavefront_advice(rig: Rig) -> list[str]:
@@ -120,6 +122,7 @@ def _correction_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOpti
             f"beyond its depth of field of {found.depth_of_field_mm:.1f} mm"
         )
     sentences += _focus_advice(rig, bench, lattice, optics)
+    sentences += _higher_order_advice(rig, optics)
     if found.eyebox_mm < _COVERED * optics.pupil_mm:
         seen = ceil((optics.pupil_mm / found.eyebox_mm) ** 2 / lattice.row_pitches)
         sentences.append(
@@ -135,7 +138,7 @@ def _correction_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOpti
 def _focus_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOptics) -> list[str]:
     """Whether the openings are sharp for this eye."""
     blur_px = limits.opening_blur_mm(bench, lattice, optics) / pitch_mm(rig)
-    if blur_px <= _FOCUSED_PX:
+    if blur_px <= FOCUSED_PX:
         return []
     if lattice.kind == "pinhole":
         return [
@@ -148,8 +151,20 @@ def _focus_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOptics) -
         else f"{best_mm:.2f} mm would for its mean error"
     )
     return [
-        f"lenslets of {rig.array.focal_mm:g} mm do not image the panel onto its plane of focus "
+        f"lenslets of {focal_mm(rig.array):.4g} mm do not image the panel onto its plane of focus "
         f"(one alone blurs a point over {blur_px:.1f} pixels); {remedy}"
+    ]
+
+
+def _higher_order_advice(rig: Rig, optics: EyeOptics) -> list[str]:
+    """Where in the pupil no lenslet of this array helps, for an eye with higher orders."""
+    served = served_pupil(rig, optics) if optics.has_higher_orders else None
+    if served is None or served.share >= _SERVED:
+        return []
+    return [
+        f"its higher orders let the array be in focus for {100.0 * served.share:.0f} % of the "
+        f"pupil; elsewhere one opening alone blurs a point over {served.mean_px:.1f} pixels "
+        f"({served.most_px:.1f} at worst), which forward cannot help and optimal only in part"
     ]
 
 
@@ -160,10 +175,23 @@ def _field_advice(rig: Rig, bench: Bench, lattice: Lattice, optics: EyeOptics) -
     reach_mm = float(abs(panel_points_mm(rig, viewport(rig, side))).max())
     if half_mm >= reach_mm:
         return []
-    field_deg = degrees(2.0 * atan(half_mm / bench.panel_per_slope_mm))
+    field_deg = limits.barrier_field_deg(bench, lattice, optics)
     return [
         f"perpendicular barriers leave a field of {field_deg:.0f} degrees and black beyond; "
         "converging ones would not"
+    ]
+
+
+def _headset_advice(rig: Rig) -> list[str]:
+    """Whether the lens's distortion shows some of the panel twice."""
+    turn = turning_radius(coefficients_of(rig))
+    edge = max(edge_radius(rig, side) for side in SIDES)
+    if turn >= edge:
+        return []
+    return [
+        f"headset: the distortion turns back at {degrees(atan(turn)):.0f} degrees of panel, of "
+        f"{degrees(atan(edge)):.0f} in the farthest corner: what lies beyond shows again what "
+        "lies within"
     ]
 
 

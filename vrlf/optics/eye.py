@@ -12,7 +12,7 @@ import numpy as np
 from vrlf.errors import InputError
 from vrlf.model import Eye, Rig
 from vrlf.optics import frames, polynomial, refraction
-from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.bench import Bench, bench_of, colour_benches
 from vrlf.optics.polynomial import Float
 from vrlf.optics.pupil_light import DEFAULT_AGE_YEARS, natural_pupil_mm, weighed_mm
 from vrlf.optics.viewport import Side, pitch_mm, viewport
@@ -168,6 +168,8 @@ class EyeOptics:
     aberration : tuple of three (Tx, Ty)
         The transverse aberration T(u - o), polynomials in mm of the pupil, for each of the
         panel's colours; prism included.
+    benches : tuple of three Bench
+        The headset before the eye, for each of the panel's colours.
     """
 
     pupil_mm: float
@@ -175,6 +177,7 @@ class EyeOptics:
     accommodation_d: float
     matrix_d: Float
     aberration: tuple[tuple[Float, Float], ...]
+    benches: tuple[Bench, Bench, Bench]
     paraxial_matrix_d: Float
     stiles_crawford_per_mm2: float = 0.0
 
@@ -187,9 +190,16 @@ class EyeOptics:
         return even_mm if rho_per_mm2 == 0.0 else weighed_mm(even_mm, self.pupil_mm, rho_per_mm2)
 
     @property
+    def has_higher_orders(self) -> bool:
+        """Whether the wavefront is more than sphere, cylinder and prism."""
+        return any(polynomial.degree(each) > 1 for each in self.aberration[0])
+
+    @property
     def is_chromatic(self) -> bool:
-        """Whether the colours take different paths through the eye."""
-        return any(other is not self.aberration[0] for other in self.aberration[1:])
+        """Whether the colours take different paths through the eye or the headset's lens."""
+        return any(other is not self.aberration[0] for other in self.aberration[1:]) or any(
+            other != self.benches[0] for other in self.benches[1:]
+        )
 
 
 def viewer(rig: Rig, side: Side) -> Eye:
@@ -257,6 +267,7 @@ def eye_optics(rig: Rig, side: Side) -> EyeOptics:
         accommodation_d=added_d,
         matrix_d=refraction_matrix_d(eye) - added_d * np.eye(2),
         aberration=colours,
+        benches=colour_benches(rig),
         paraxial_matrix_d=paraxial_matrix_d(eye) - added_d * np.eye(2),
         stiles_crawford_per_mm2=eye.stiles_crawford_per_mm2,
     )

@@ -3,7 +3,9 @@
 While all samples of a sub-pixel cross one cell and the eye is a sphero-cylinder (and a prism),
 the way from panel to target is one affine map: a step of h pixels on the panel is a step of
 
-    J h,  J = I + D A        A: cells crossed per panel pixel, D: pixels moved per cell
+    J h,  J = r I + D A      A: cells crossed per panel pixel, D: pixels moved per cell
+
+(r is 1, or what a lens of glass makes of a colour's magnification)
 
 in the target (``vrlf/optics/inverse.py``). So the k x k samples are a skewed grid there, the same
 for every sub-pixel but for where it lies, and the mean of their bilinear reads is one weighted
@@ -66,7 +68,7 @@ def sample_grid(rectangle_px: Float, grid: int) -> Float:
 
 
 def footprints(
-    maps: list[InverseMap], crossed_per_px: Float, samples: list[Float], grid: int
+    maps: list[InverseMap], crossed_per_px: list[Float], samples: list[Float], grid: int
 ) -> Footprints | None:
     """The footprints of a rig, or None where reading sample by sample is better.
 
@@ -74,8 +76,9 @@ def footprints(
     ----------
     maps : list of InverseMap
         Of each eye and colour.
-    crossed_per_px : ndarray (2, 2)
-        Cells that chief rays move at the array for a pixel to the right and down on the panel.
+    crossed_per_px : list of ndarray (2, 2)
+        Of each: cells that chief rays move at the array for a pixel to the right and down on the
+        panel.
     samples : list of ndarray (4,)
         ``sample_grid`` of each map's sub-pixel.
     grid : int
@@ -84,8 +87,8 @@ def footprints(
     if any(polynomial.degree(c) > 1 for each in maps for c in each.displacement_px):
         return None
     steps = []
-    for each, sample in zip(maps, samples, strict=True):
-        jacobian = np.eye(2) + _moved_per_cell(each) @ crossed_per_px
+    for each, crossed, sample in zip(maps, crossed_per_px, samples, strict=True):
+        jacobian = each.retina_from_panel * np.eye(2) + _moved_per_cell(each) @ crossed
         steps.append((jacobian * sample[2:]).T.ravel())
     steps_px = np.array(steps)
     reach_px = (grid - 1) * (np.abs(steps_px[:, :2]) + np.abs(steps_px[:, 2:])).max(axis=0)

@@ -13,7 +13,6 @@ from vrlf.optics.eye import EyeOptics
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.maps import RayMaps, ray_maps
 from vrlf.optics.polynomial import Float
-from vrlf.optics.raster import cells_per_pixel
 from vrlf.optics.samples import MAX_POINTS
 from vrlf.optics.sequence import Half, half_of
 
@@ -86,9 +85,9 @@ def suits_holes(rig: Rig, lattice: Lattice, optics: EyeOptics, colour: int, rays
 
 def _reach_cells(maps: RayMaps, phi: Float) -> Float:
     """Half of the pupil's image, a hole's half and what half a pixel moves the crossing."""
-    per_px = maps.bench.array_from_panel * cells_per_pixel(maps.rig, maps.lattice)
     image = np.sqrt(np.sum(phi**2, axis=1))
-    return np.asarray(image + maps.lattice.hole_reach + np.abs(per_px).sum(axis=1) / 2.0)
+    half_px = np.abs(maps.crossed_by_px(np.eye(2) / 2.0)).sum(axis=0)
+    return np.asarray(image + maps.lattice.hole_reach + half_px)
 
 
 def hole_table(rig: Rig, optics: EyeOptics, colour: int, points: Float) -> HoleTable:
@@ -99,12 +98,11 @@ def hole_table(rig: Rig, optics: EyeOptics, colour: int, points: Float) -> HoleT
     phi, psi = maps.linear()
     centre_cells, centre_px = maps(np.zeros(2))
     in_hole, within_px = points[:, :2], points[:, 2:]
-    per_px = maps.bench.array_from_panel * cells_per_pixel(rig, lattice)
     pupil_from_cells = np.asarray(np.linalg.inv(phi))
-    in_pupil = (in_hole - within_px @ per_px.T) @ pupil_from_cells.T
+    in_pupil = (in_hole - maps.crossed_by_px(within_px)) @ pupil_from_cells.T
     return HoleTable(
         in_pupil=in_pupil,
-        landing_px=in_pupil @ psi.T + within_px,
+        landing_px=in_pupil @ psi.T + maps.landed_by_px(within_px),
         centre_cells=centre_cells,
         centre_px=centre_px,
         pupil_from_cells=pupil_from_cells,

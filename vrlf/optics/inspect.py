@@ -21,8 +21,12 @@ from vrlf.optics.eye import (
     higher_order_rms_um,
     viewer,
 )
+from vrlf.optics.gaze import gaze_limit_deg
+from vrlf.optics.lateral import lateral_px, longitudinal_d
 from vrlf.optics.lattice import lattice_of
+from vrlf.optics.openings import served_pupil
 from vrlf.optics.refraction import sphero_cylinder
+from vrlf.optics.relief import compared_relief_mm, relief_cost
 from vrlf.optics.samples import pupil_points
 from vrlf.optics.viewport import SIDES, Side, pitch_mm
 from vrlf.units import MM_PER_M
@@ -43,19 +47,22 @@ def inspect_rig(rig: Rig) -> dict[str, Any]:
         ``left``, ``right``: ``sphere_d``, ``cylinder_d``, ``axis_deg`` (residual error at the
         pupil, panel vergence and accommodation in it), ``mean_error_d``,
         ``focus_distance_mm``, ``blur_mm``, ``blur_px``, ``accommodation_d``, and with an
-        array ``corrected_blur_px``, ``best_focal_mm``. These are of the second order alone;
+        array ``corrected_blur_px``, ``best_focal_mm``, ``gaze_limit_deg`` and
+        ``barrier_field_deg``. These are of the second order alone;
         ``paraxial_sphere_d``, ``paraxial_cylinder_d``, ``paraxial_axis_deg``,
         ``paraxial_mean_error_d`` have the higher orders in, at the pupil's centre. Of the eye by
         itself ``pupil_mm``, ``amplitude_d``, ``clear_zone`` (null for infinity),
         ``higher_order_rms_um`` over its pupil; ``spot_rms_px``, the radius of a point's image,
-        root mean square, all orders in. Then ``array``; ``display``; ``warnings``. Null (None)
-        stands where a thing is not there.
+        root mean square, all orders in; ``served_pupil``, the share of the pupil for
+        which the array is in focus. Then ``array``; ``display``; ``headset``; ``warnings``.
+        Null (None) stands where a thing is not there.
     """
     found = array_numbers(rig)
     return {
         **{side: eye_numbers(rig, side) for side in SIDES},
         "array": {"kind": rig.array.kind, "lattice": _lattice_name(rig), **found},
         "display": display_numbers(rig),
+        "headset": headset_numbers(rig),
         "warnings": advice(rig),
     }
 
@@ -75,7 +82,7 @@ def _own_numbers(rig: Rig, side: Side) -> dict[str, Any]:
     bench, optics, eye = bench_of(rig), eye_optics(rig, side), viewer(rig, side)
     paraxial = MM_PER_M * limits.paraxial_blur_matrix(bench, optics) / bench.panel_per_slope_mm
     rx = sphero_cylinder(paraxial)
-    zone = clear_zone_mm(eye)
+    zone, served = clear_zone_mm(eye), served_pupil(rig, optics)
     is_camera = (rig.left if side == "left" else rig.right).camera is not None
     return {
         "pupil_mm": optics.pupil_mm,
@@ -87,6 +94,7 @@ def _own_numbers(rig: Rig, side: Side) -> dict[str, Any]:
         "paraxial_mean_error_d": float(np.trace(paraxial)) / 2.0,
         "higher_order_rms_um": higher_order_rms_um(eye),
         "spot_rms_px": spot_rms_px(rig, optics),
+        "served_pupil": None if served is None else served.share,
     }
 
 
@@ -95,11 +103,11 @@ def spot_rms_px(rig: Rig, optics: EyeOptics) -> float:
 
     An even disc of that much is 2 sqrt 2 times as wide.
     """
-    bench, at = bench_of(rig), pupil_points(rig, optics, _SPOT_RAYS)
+    at = pupil_points(rig, optics, _SPOT_RAYS)
     landings = [
         bench.defocus_factor * at.u_mm
         + bench.panel_per_slope_mm * aberration_at(colour, at.from_centre_mm)
-        for colour in optics.aberration
+        for colour, bench in zip(optics.aberration, optics.benches, strict=True)
     ]
     spread = np.mean([np.sum(np.var(each, axis=0)) for each in landings])
     return float(np.sqrt(spread)) / pitch_mm(rig)
@@ -125,12 +133,17 @@ def _residual_numbers(rig: Rig, side: Side) -> dict[str, float | None]:
         "accommodation_d": optics.accommodation_d,
         "corrected_blur_px": None,
         "best_focal_mm": None,
+        "gaze_limit_deg": None,
+        "barrier_field_deg": None,
     }
     if lattice is not None:
         spread_px = limits.opening_blur_mm(bench, lattice, optics) / pitch_mm(rig)
         numbers["corrected_blur_px"] = spread_px + limits.seen_pixel_px(bench, optics)
         focus_mm = limits.signed_focus_mm(bench, optics)
         numbers["best_focal_mm"] = limits.best_focal_mm(bench, focus_mm)
+        numbers["gaze_limit_deg"] = gaze_limit_deg(bench, lattice, optics)
+        if lattice.barriers == "perpendicular":
+            numbers["barrier_field_deg"] = limits.barrier_field_deg(bench, lattice, optics)
     return numbers
 
 
@@ -147,11 +160,24 @@ def array_numbers(rig: Rig) -> dict[str, float | None]:
 
 
 def display_numbers(rig: Rig) -> dict[str, float | None]:
-    """Pixels per degree on the axis, and where the lens alone shows the panel."""
+    """Pixels per degree, where the lens alone shows the panel, the axes' height on it."""
     bench = bench_of(rig)
     vergence_per_mm = 1.0 / bench.lens_to_panel_mm - bench.lens_power_per_mm
     flat = abs(vergence_per_mm) < _FLAT_PER_MM
     return {
         "pixels_per_degree": bench.panel_per_slope_mm * pi / 180.0 / pitch_mm(rig),
         "virtual_image_mm": None if flat else 1.0 / vergence_per_mm,
+        "axis_height_px": rig.headset.lens_height_mm / pitch_mm(rig),
+    }
+
+
+def headset_numbers(rig: Rig) -> dict[str, Any]:
+    """How far the lens takes the colours apart, and what the single-lens approximation costs."""
+    costs = {side: relief_cost(rig, side) for side in SIDES}
+    return {
+        "approximated": rig.headset.eye_relief_mm == 0.0,
+        "relief_mm": compared_relief_mm(rig),
+        "longitudinal_d": longitudinal_d(rig),
+        "lateral_px": max(lateral_px(rig, side) for side in SIDES),
+        **{side: None if cost is None else asdict(cost) for side, cost in costs.items()},
     }

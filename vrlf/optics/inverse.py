@@ -8,7 +8,9 @@ c at
 
 and shows the retinal point
 
-    X = x - o (1 - d F) + (1 - d F) (m / g) P t - m T(-(m / g) P t).
+    X = (m_0 / m) (x - o (1 - d F) + (1 - d F) (m / g) P t - m T(-(m / g) P t)),
+
+m_0 / m being 1 but for a colour that the headset's lens magnifies differently.
 
 Both follow from the design's inverse by putting c = y - P t, where y is the chief ray's
 crossing; the test holds them against the unreduced equations. What moves a panel point is
@@ -39,11 +41,14 @@ class InverseMap:
     pupil_radii_per_cell : ndarray (2, 2)
         (u - o) / (a / 2) of a place in a cell; the ray counts within the unit disc.
     displacement_px : two ndarrays (k, k)
-        X - x in pixels, right and down, as polynomials of the place.
+        X - (m_0 / m) x in pixels, right and down, as polynomials of the place.
+    retina_from_panel : float
+        m_0 / m.
     """
 
     pupil_radii_per_cell: Float
     displacement_px: tuple[Float, Float]
+    retina_from_panel: float = 1.0
 
 
 def crossing_shift_mm(bench: Bench, optics: EyeOptics) -> Float:
@@ -67,8 +72,12 @@ def inverse_map(
         linear[1, 0] = -bench.defocus_factor * pupil_from_cell_mm[axis, 0]
         linear[0, 1] = -bench.defocus_factor * pupil_from_cell_mm[axis, 1]
         moved.append(polynomial.add(linear, -bench.panel_per_slope_mm * aberration))
-    right, down = (moved[axis] * RASTER_FLIP[axis, axis] / pitch_mm(rig) for axis in range(2))
+    right, down = (
+        moved[axis] * RASTER_FLIP[axis, axis] / pitch_mm(rig) / bench.panel_from_retina
+        for axis in range(2)
+    )
     return InverseMap(
         pupil_radii_per_cell=pupil_from_cell_mm / (optics.pupil_mm / 2.0),
         displacement_px=(right, down),
+        retina_from_panel=1.0 / bench.panel_from_retina,
     )

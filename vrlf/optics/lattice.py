@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vrlf.model import LEAST_PITCH, MOST_PITCH, Rig
-from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.bench import bench_of
 from vrlf.optics.polynomial import Float
 from vrlf.units import MM2_PER_CM2, UM_PER_MM
 
@@ -65,8 +65,6 @@ class Lattice:
         Half a hole's side, or its radius, in pitches; infinite for lenslets, which fill their
         cells. Square holes are upright in the lattice.
     round_holes : bool
-    bend : float
-        g / f: how far a lenslet moves a panel point, per millimetre off its centre; 0 for holes.
     barriers : "none", "perpendicular" or "converging"
     barrier_scale : float
         The cell that owns a panel point x is the one that holds ``barrier_scale * x``
@@ -80,7 +78,6 @@ class Lattice:
     origin_mm: Float
     half_aperture: float
     round_holes: bool
-    bend: float
     barriers: str
     barrier_scale: float
     growth: Float
@@ -188,7 +185,6 @@ def lattice_of(rig: Rig) -> Lattice | None:
         origin_mm=np.array(array.offset_um) / UM_PER_MM,
         half_aperture=array.aperture_um / array.pitch_um / 2.0 if pinhole else float("inf"),
         round_holes=pinhole and array.aperture_shape == "circle",
-        bend=0.0 if pinhole else _bend(rig, bench),
         barriers=array.barriers,
         barrier_scale=bench.array_from_panel if array.barriers == "converging" else 1.0,
         growth=growth,
@@ -220,10 +216,6 @@ def pitches_over(rig: Rig, lattice: Lattice) -> tuple[float, float]:
     nearest = np.clip(0.0, q[0], q[1])
     pitches = 1.0 + lattice.growth * np.stack([q[0], nearest, q[1]]) ** 2
     return float(pitches.min()), float(pitches.max())
-
-
-def _bend(rig: Rig, bench: Bench) -> float:
-    return bench.reduced_gap_mm / rig.array.focal_mm
 
 
 def grown(growth: Float, q: Float) -> Float:

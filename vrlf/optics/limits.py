@@ -7,7 +7,7 @@ slopes into panel millimetres.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan, degrees, inf, sqrt
+from math import atan, atan2, degrees, inf, sqrt
 
 import numpy as np
 
@@ -129,7 +129,7 @@ def opening_blur_mm(bench: Bench, lattice: Lattice, optics: EyeOptics) -> float:
     reach = bench.panel_per_slope_mm / bench.reduced_gap_mm
     at_array = bench.array_per_slope_mm * optics.matrix_d / MM_PER_M
     phi = bench.array_defocus_factor * np.eye(2) + at_array
-    unfocused = worst_meridian(blur_matrix(bench, optics) - lattice.bend * phi)
+    unfocused = worst_meridian(blur_matrix(bench, optics) - bench.bend * phi)
     opening_mm = 2.0 * min(lattice.half_aperture, 0.5) * lattice.pitch_mm
     # An opening's rays spread over the pupil by (m / g) (1 - (g / f) a): it may be smaller.
     kappa = abs(footprint_scale(bench, lattice))
@@ -147,3 +147,9 @@ def barrier_field_mm(bench: Bench, lattice: Lattice, optics: EyeOptics) -> float
     half = optics.pupil_mm / 2.0
     half += lattice.pitch_mm * bench.array_per_slope_mm / (2.0 * bench.reduced_gap_mm)
     return half / abs(bench.relief_factor) if bench.relief_factor != 0.0 else inf
+
+
+def barrier_field_deg(bench: Bench, lattice: Lattice, optics: EyeOptics) -> float:
+    """That field as an angle, from border to border, at the pupil."""
+    reach_mm = abs(bench.array_per_slope_mm)
+    return degrees(2.0 * atan2(barrier_field_mm(bench, lattice, optics), reach_mm))

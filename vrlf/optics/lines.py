@@ -13,7 +13,7 @@ from vrlf.optics.eye import EyeOptics
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.maps import RayMaps, ray_maps
 from vrlf.optics.polynomial import Float
-from vrlf.optics.raster import cells_per_pixel, pixels_per_cell
+from vrlf.optics.raster import pixels_per_cell
 from vrlf.optics.sequence import Half
 from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import RASTER_FLIP, pitch_mm
@@ -133,10 +133,9 @@ def _direction(maps: RayMaps) -> Float:
     along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     phi, psi = maps.linear()
     rightward = np.array([1.0, 0.0])
-    per_px = maps.bench.array_from_panel * cells_per_pixel(maps.rig, maps.lattice)
-    crossing = 2.0 * along @ phi.T + per_px @ rightward
-    bent = maps.lattice.bend * crossing @ pixels_per_cell(maps.rig, maps.lattice).T
-    landing = 2.0 * along @ psi.T + rightward - bent
+    crossing = 2.0 * along @ phi.T + maps.crossed_by_px(rightward)
+    bent = maps.bench.bend * crossing @ pixels_per_cell(maps.rig, maps.lattice).T
+    landing = 2.0 * along @ psi.T + maps.landed_by_px(rightward) - bent
     boxes = layout(maps.rig.panel.subpixels).lit
     sides = (boxes[:, 2:] - boxes[:, :2]).mean(axis=0)
     borders = maps.lattice.mean_borders(crossing) + np.sum(np.abs(landing) / sides, axis=1)
@@ -163,7 +162,7 @@ def _sag_px(maps: RayMaps, along: Float, parts: int) -> float:
     middle = maps(ends.mean(axis=1))
     sags = [np.abs(each.mean(axis=1) - mid) for each, mid in zip(maps(ends), middle, strict=True)]
     # What a crossing is off, the lenslet bends.
-    bend = max(maps.lattice.bend, 1.0) * maps.lattice.pitch_mm / pitch_mm(maps.rig)
+    bend = max(maps.bench.bend, 1.0) * maps.lattice.pitch_mm / pitch_mm(maps.rig)
     return float(max(sags[0].max() * bend, sags[1].max()))
 
 
@@ -171,10 +170,9 @@ def _table(maps: RayMaps, lines: Stretches) -> tuple[Float, Float]:
     """phi + a w in cells and the landing in pixels at both ends; each (n, 2, 2)."""
     phi, psi = maps(lines.from_centre_mm)
     within_px = lines.within_pixel_mm @ (RASTER_FLIP / pitch_mm(maps.rig)).T
-    per_px = maps.bench.array_from_panel * cells_per_pixel(maps.rig, maps.lattice)
-    crossing = phi + within_px @ per_px.T
-    bent = maps.lattice.bend * crossing @ pixels_per_cell(maps.rig, maps.lattice).T
-    return crossing, psi + within_px - bent
+    crossing = phi + maps.crossed_by_px(within_px)
+    bent = maps.bench.bend * crossing @ pixels_per_cell(maps.rig, maps.lattice).T
+    return crossing, psi + maps.landed_by_px(within_px) - bent
 
 
 def _pieces(maps: RayMaps, lines: Stretches) -> tuple[Float, Float]:

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from vrlf.model import Rig
-from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.bench import Bench
 from vrlf.optics.eye import EyeOptics, aberration_at
 from vrlf.optics.lattice import Lattice
 from vrlf.optics.polynomial import Float
+from vrlf.optics.raster import cells_per_pixel
 from vrlf.optics.viewport import RASTER_FLIP, pitch_mm
 
 
@@ -34,6 +35,15 @@ class RayMaps:
         cells = phi_mm @ self.lattice.cell_from_panel.T
         return cells, psi_mm @ (RASTER_FLIP / pitch_mm(self.rig)).T
 
+    def crossed_by_px(self, within_px: Float) -> Float:
+        """Cells by which places in the retinal pixel (pixels right, down) move the crossing."""
+        per_px = self.bench.array_from_retina * cells_per_pixel(self.rig, self.lattice)
+        return np.asarray(within_px @ per_px.T)
+
+    def landed_by_px(self, within_px: Float) -> Float:
+        """Pixels by which they move the landing, not bent."""
+        return np.asarray(self.bench.panel_from_retina * within_px)
+
     def linear(self) -> tuple[Float, Float]:
         """Matrices (2, 2) by which phi and psi move from the pupil's centre to its edge."""
         radius_mm = self.optics.pupil_mm / 2.0
@@ -55,4 +65,4 @@ class RayMaps:
 
 
 def ray_maps(rig: Rig, lattice: Lattice, optics: EyeOptics, colour: int) -> RayMaps:
-    return RayMaps(rig, bench_of(rig), lattice, optics, colour)
+    return RayMaps(rig, optics.benches[colour], lattice, optics, colour)

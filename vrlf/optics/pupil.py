@@ -17,9 +17,9 @@ from math import prod, sqrt
 
 import numpy as np
 
-from vrlf.model import Array, Rig
+from vrlf.model import Array, Eye, Rig
 from vrlf.optics import polynomial, refraction, sequence
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import Bench, bench_of, colour_benches
 from vrlf.optics.eye import (
     accommodated_wavefront_um,
     accommodation_d,
@@ -68,29 +68,38 @@ class SeenWavefront:
 
 def seen_wavefront(rig: Rig, side: Side) -> SeenWavefront:
     """The wavefront of one eye before a rig's bare panel; the array is not in it."""
-    eye, bench = viewer(rig, side), bench_of(rig)
-    added_d = accommodation_d(eye, bench)
+    eye, benches = viewer(rig, side), colour_benches(rig)
+    added_d = accommodation_d(eye, bench_of(rig))
+    before = _before_the_eye(eye, bench_of(rig))
+    whole_um = polynomial.add(accommodated_wavefront_um(eye, -added_d), before)
+    tilt_um = zernike_part_um(whole_um, eye.pupil_mm, PLANE_ORDER)
+    colours = colour_wavefronts_um(eye, added_d, rig.panel.wavelengths_nm)
+    differ = eye.chromatic or any(bench != benches[0] for bench in benches)
+    levelled = [
+        without_order(polynomial.add(each, _before_the_eye(eye, bench)), eye.pupil_mm, PLANE_ORDER)
+        for each, bench in (
+            zip(colours, benches, strict=True) if differ else ((colours[0], benches[0]),)
+        )
+    ]
+    return SeenWavefront(
+        pupil_mm=eye.pupil_mm,
+        reference_um=without_order(whole_um, eye.pupil_mm, PLANE_ORDER),
+        colours_um=tuple(levelled if differ else levelled * len(colours)),
+        wavelengths_nm=rig.panel.wavelengths_nm,
+        shift_slope=(float(tilt_um[1, 0]) / MM_PER_M, float(tilt_um[0, 1]) / MM_PER_M),
+        stiles_crawford_per_mm2=eye.stiles_crawford_per_mm2,
+    )
+
+
+def _before_the_eye(eye: Eye, bench: Bench) -> Float:
+    """What panel vergence, prism and a moved pupil are as a wavefront; um, pupil in mm."""
     per_mm = bench.defocus_factor / bench.panel_per_slope_mm
     before = refraction.quadratic_wavefront_um(MM_PER_M * per_mm * np.eye(2))
     for power, prism_pd, offset_mm in zip(
         ((1, 0), (0, 1)), eye.prism_pd, eye.pupil_offset_mm, strict=True
     ):
         before[power] = -MM_PER_M * (prism_pd * SLOPE_PER_PRISM_DIOPTRE + offset_mm * per_mm)
-    whole_um = polynomial.add(accommodated_wavefront_um(eye, -added_d), before)
-    tilt_um = zernike_part_um(whole_um, eye.pupil_mm, PLANE_ORDER)
-    colours = colour_wavefronts_um(eye, added_d, rig.panel.wavelengths_nm)
-    levelled = [
-        without_order(polynomial.add(each, before), eye.pupil_mm, PLANE_ORDER)
-        for each in (colours if eye.chromatic else colours[:1])
-    ]
-    return SeenWavefront(
-        pupil_mm=eye.pupil_mm,
-        reference_um=without_order(whole_um, eye.pupil_mm, PLANE_ORDER),
-        colours_um=tuple(levelled if eye.chromatic else levelled * len(colours)),
-        wavelengths_nm=rig.panel.wavelengths_nm,
-        shift_slope=(float(tilt_um[1, 0]) / MM_PER_M, float(tilt_um[0, 1]) / MM_PER_M),
-        stiles_crawford_per_mm2=eye.stiles_crawford_per_mm2,
-    )
+    return before
 
 
 def looking_far(rig: Rig) -> Rig:

@@ -1,15 +1,17 @@
 """The rays of a retinal pixel, reduced to what does not depend on the pixel.
 
 With X the retinal pixel's panel point, a ray through the pupil at u crosses the array at
-y = a X + phi(u) and, not bent, meets the panel at x = X + psi(u), where a, phi and psi
+y = a X + phi(u) and, not bent, meets the panel at x = (m / m_0) X + psi(u), where a, phi and psi
 follow from the design's backward ray:
 
-    a   = (e + s_a (1 - e F)) / m
+    a   = (e + s_a (1 - e F)) / m_0
     phi = (1 - s_a F) u + (e + s_a (1 - e F)) T(u - o)
     psi = (1 - d F) u + m T(u - o)
 
 and a lenslet centred at c subtracts (g / f) (y - c) from x. phi and psi are the same for
 every pixel: a table of them, made once for a prescription, is all that tracing needs.
+m / m_0 is 1 but for a colour that the headset's lens magnifies differently
+(``vrlf/optics/bench.py``).
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ import numpy as np
 
 from vrlf.model import Rig
 from vrlf.optics import sequence
-from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.bench import Bench
 from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
@@ -82,14 +84,17 @@ class RayTable:
         psi in pixels, right and down.
     within_pixel : ndarray (n, 2)
         Place in the retinal pixel, in pixels from its centre, right and down.
-    cells_per_px : ndarray (2, 2)
-        What a pixel to the right and a pixel down are in cells; zero without an array.
+    within_cells : ndarray (n, 2)
+        By how much that place moves the crossing; zero without an array.
+    within_landing_px : ndarray (n, 2)
+        By how much it moves the landing.
     """
 
     array_cells: Float
     landing_px: Float
     within_pixel: Float
-    cells_per_px: Float
+    within_cells: Float
+    within_landing_px: Float
 
 
 def ray_table(
@@ -101,30 +106,38 @@ def ray_table(
     phi_mm = bench.array_defocus_factor * at.u_mm + bench.array_per_slope_mm * aberration
     psi_mm = bench.defocus_factor * at.u_mm + bench.panel_per_slope_mm * aberration
     raster_from_mm = RASTER_FLIP / pitch_mm(rig)
-    cells = np.zeros_like(phi_mm) if lattice is None else phi_mm @ lattice.cell_from_panel.T
+    cells, moved = np.zeros_like(phi_mm), np.zeros_like(phi_mm)
+    within = at.within_pixel_mm @ raster_from_mm.T
+    if lattice is not None:
+        cells = phi_mm @ lattice.cell_from_panel.T
+        moved = bench.array_from_retina * within @ cells_per_pixel(rig, lattice).T
     return RayTable(
         array_cells=cells,
         landing_px=psi_mm @ raster_from_mm.T,
-        within_pixel=at.within_pixel_mm @ raster_from_mm.T,
-        cells_per_px=np.zeros((2, 2)) if lattice is None else cells_per_pixel(rig, lattice),
+        within_pixel=within,
+        within_cells=moved,
+        within_landing_px=bench.panel_from_retina * within,
     )
 
 
 def ray_tables(rig: Rig, side: Side, rays: int) -> tuple[RayTable, ...]:
     """One table where all colours share their rays, three in a chromatic eye."""
-    optics, bench, lattice = eye_optics(rig, side), bench_of(rig), lattice_of(rig)
+    optics, lattice = eye_optics(rig, side), lattice_of(rig)
     colours = range(3) if optics.is_chromatic else range(1)
-    return tuple(ray_table(rig, bench, lattice, optics, colour, rays) for colour in colours)
+    return tuple(
+        ray_table(rig, optics.benches[colour], lattice, optics, colour, rays) for colour in colours
+    )
 
 
 def footprint_scale(bench: Bench, lattice: Lattice | None) -> float:
     """kappa: side of a retinal pixel's image on the panel at one pupil point, in pixels.
 
-    1 - (g / f) a behind one lenslet, 1 without an array. Its absolute value is what counts.
+    m / m_0 - (g / f) a behind one lenslet, m / m_0 without an array. Its absolute value is what
+    counts.
     """
     if lattice is None:
-        return 1.0
-    return 1.0 - lattice.bend * bench.array_from_panel
+        return bench.panel_from_retina
+    return bench.panel_from_retina - bench.bend * bench.array_from_retina
 
 
 def uses_area_means(bench: Bench, lattice: Lattice | None) -> bool:

@@ -11,11 +11,15 @@ forward    ``Forward``: the forward prefilter, by footprints and sample by sampl
 perceive   ``Perceive``: what both eyes see of a panel image
 rays       ``PerceiveTables``: perception's rays: points, lines, points of holes
 bins       the blind rays that holes can pass, sorted by where they cross the mask
+traced     ``PerceiveTraced``: the same ray by ray: diffraction, real lenslets
+           (``traced_tables``: its points and tables)
 operator   ``OperatorTables``: the perception operator and its adjoint, tabulated
 tabulate   ``RowBuilder``: the operator's rows, traced a piece at a time
 phases     rows of the operator by phase: how fine, turned about, packed
-pixels     rows of single pixels, behind perpendicular walls or a pitch that varies
+tolerant   rows of the normal equations of many rigs at once, each a little off
+pixels     rows of single pixels: perpendicular walls, lateral colour, varying pitch
 encode     ``Encode``: linear light to 8-bit sRGB
+register   what ``Forward`` does to a bare panel: colours brought together
 alignment  ``Alignment``: screens that show how array, panel and lenses stand
 show       ``Show``: pictures as a window shows them
 ========== =====================================================================
@@ -27,11 +31,13 @@ one prescription. Tables are made once for a rig and swapped whole.
 from __future__ import annotations
 
 from vrlf.passes.encode import Encode
-from vrlf.passes.forward import Forward, ForwardTables
+from vrlf.passes.forward import Forward, ForwardTables, forward_tables
 from vrlf.passes.perceive import Perceive
 from vrlf.passes.prepare import EyePicture, Prepare
 from vrlf.passes.rays import PerceiveTables
 from vrlf.passes.sharpen import Sharpen, SharpenTables
+from vrlf.passes.traced import PerceiveTraced
+from vrlf.passes.traced_tables import TracedTables
 
 __all__ = [
     "Encode",
@@ -40,7 +46,10 @@ __all__ = [
     "ForwardTables",
     "Perceive",
     "PerceiveTables",
+    "PerceiveTraced",
     "Prepare",
     "Sharpen",
     "SharpenTables",
+    "TracedTables",
+    "forward_tables",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vrlf.gpu import Buffer, Device, Field
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import bench_of, colour_benches, is_lateral
 from vrlf.optics.lattice import Lattice
 from vrlf.optics.polynomial import Float
 from vrlf.optics.raster import (
@@ -22,7 +22,7 @@ from vrlf.optics.raster import (
     varying_raster,
 )
 from vrlf.optics.subpixels import layout
-from vrlf.optics.viewport import Side, viewport
+from vrlf.optics.viewport import SIDES, Side, axis_in_viewport_px, viewport
 
 VIEWPORT_FIELDS = (
     Field("ivec2", "panel_px", "width and height of the panel"),
@@ -46,6 +46,11 @@ LATTICE_FIELDS = (
     Field("float", "barrier_scale", "what a panel point is multiplied with to find its owner"),
     Field("int", "round_holes", "1 if holes are circles"),
     Field("int", "barriers", "1 if walls divide the panel among the cells"),
+)
+# What shaders/include/lateral.glsl needs; zeros where all colours are magnified alike.
+LATERAL_FIELDS = (
+    Field("vec4", "magnified", "of each colour: magnification less 1, itself, crossing scale", 3),
+    Field("vec4", "lens_axes_px", "of each eye: its axis in the viewport's raster", 2),
 )
 # Stands for "no edge": larger than any place in a cell, small enough to square.
 _OPEN = 1.0e9
@@ -99,19 +104,63 @@ def lattice_defines(lattice: Lattice | None) -> dict[str, int]:
     }
 
 
-def raster_buffer(device: Device, raster: CellRaster | VaryingRaster, label: str) -> Buffer:
-    """Columns, then rows, as the shaders index them."""
-    data = np.concatenate([raster.columns, raster.rows]).astype(np.float32)
-    return Buffer(device, data, label=label)
+def lateral_values(rig: Rig, magnifications: Sequence[float]) -> dict[str, Any]:
+    """For ``LATERAL_FIELDS``.
+
+    Parameters
+    ----------
+    magnifications : three floats
+        By which each colour's places are multiplied.
+    """
+    if not is_lateral(rig):
+        return {"magnified": np.zeros((3, 4)), "lens_axes_px": np.zeros((2, 4))}
+    benches = colour_benches(rig)
+    return {
+        "magnified": [
+            (scale - 1.0, scale, bench.array_from_panel, 0.0)
+            for scale, bench in zip(magnifications, benches, strict=True)
+        ],
+        "lens_axes_px": [
+            (*axis_in_viewport_px(rig, viewport(rig, side)), 0.0, 0.0) for side in SIDES
+        ],
+    }
+
+
+def raster_buffer(
+    device: Device, rasters: Sequence[CellRaster | VaryingRaster], label: str
+) -> Buffer:
+    """Columns, then rows, of one raster after the other, as the shaders index them."""
+    parts = [part for raster in rasters for part in (raster.columns, raster.rows)]
+    return Buffer(device, np.concatenate(parts).astype(np.float32), label=label)
+
+
+Shifts = Mapping[Side, Float]
 
 
 def lattice_rasters(
     device: Device,
     rig: Rig,
     lattice: Lattice | None,
-    shift_mm: Mapping[Side, Float] | None = None,
+    shift_mm: Shifts | None = None,
 ) -> tuple[Buffer, Buffer]:
-    """Cell coordinates of the chief rays' crossings, and of the barriers' owners."""
+    """Cell coordinates of the chief rays' crossings at 589 nm, and of the barriers' owners."""
+    crossings = [(bench_of(rig).array_from_panel, shift_mm)]
+    return crossing_rasters(device, rig, lattice, crossings)
+
+
+def crossing_rasters(
+    device: Device,
+    rig: Rig,
+    lattice: Lattice | None,
+    crossings: Sequence[tuple[float, Shifts | None]],
+) -> tuple[Buffer, Buffer]:
+    """Cell coordinates of crossings by several scales, and of the barriers' owners.
+
+    Parameters
+    ----------
+    crossings : sequence of (float, dict or None)
+        Scale and shift as ``cell_raster`` takes them: one for all colours, or one for each.
+    """
     if lattice is None:
         nothing = np.zeros((1, 4), np.float32)
         return (
@@ -119,11 +168,11 @@ def lattice_rasters(
             Buffer(device, nothing, label="no owners"),
         )
     make = varying_raster if lattice.is_varying else cell_raster
-    crossings = make(rig, lattice, bench_of(rig).array_from_panel, shift_mm)
+    rasters = [make(rig, lattice, scale, shift_mm) for scale, shift_mm in crossings]
     owners = make(rig, lattice, lattice.barrier_scale)
     return (
-        raster_buffer(device, crossings, "crossings"),
-        raster_buffer(device, owners, "owners"),
+        raster_buffer(device, rasters, "crossings"),
+        raster_buffer(device, [owners], "owners"),
     )
 
 

@@ -35,7 +35,7 @@ from vrlf.gpu.compute import GROUP_PX
 from vrlf.model import Rig
 from vrlf.model.zernike import ZERNIKE_ORDER_LIMIT
 from vrlf.optics import polynomial
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import Bench, bench_of, colour_benches, is_lateral
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.footprint import Footprints, footprints, pays, sample_grid
 from vrlf.optics.inverse import InverseMap, crossing_shift_mm, inverse_map
@@ -43,18 +43,21 @@ from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
 from vrlf.optics.raster import cells_per_pixel
 from vrlf.optics.subpixels import layout
-from vrlf.optics.viewport import SIDES, viewport
+from vrlf.optics.viewport import SIDES, Side, viewport
 from vrlf.passes.fields import (
+    LATERAL_FIELDS,
     LATTICE_FIELDS,
     MOST_PLACES,
     VIEWPORT_FIELDS,
+    crossing_rasters,
+    lateral_values,
     lattice_defines,
-    lattice_rasters,
     lattice_values,
     padded,
     subpixel_defines,
     viewport_values,
 )
+from vrlf.passes.register import REGISTER, RegisterTables
 
 _MAPS = 6  # two eyes by three colours, at most
 # Of each place of a layout's period: three sub-pixels, which each map shows its way.
@@ -67,7 +70,8 @@ FORWARD = Block(
     (
         *VIEWPORT_FIELDS,
         *LATTICE_FIELDS,
-        Field("vec4", "pupil_radii_per_cell", "2x2 of each eye: pupil radii per cell", 2),
+        *LATERAL_FIELDS,
+        Field("vec4", "pupil_radii_per_cell", "2x2 of each map: pupil radii per cell", _MAPS),
         Field("vec4", "samples", "of each colour: its first sample's place, the step", _SAMPLES),
         Field("vec4", "target_steps", "of each map: that step in the target, across, down", _STEPS),
         Field("vec4", "moves", "xy: coefficients of each map's X - x", _MAPS * _COEFFICIENTS),
@@ -83,17 +87,19 @@ class ForwardTables:
     """
 
     def __init__(self, device: Device, rig: Rig) -> None:
-        lattice, bench = lattice_of(rig), bench_of(rig)
+        lattice = lattice_of(rig)
         if lattice is None:
             raise ValueError("forward: a bare panel needs no tables, its image is the target")
         maps, ray_sets = inverse_maps(rig, lattice)
         moves, grid = moves_px(maps), rig.prefilter.subpixel_grid
         emission = layout(rig.panel.subpixels)
         samples = [sample_grid(r, grid) for r in emission.rectangles]
-        crossed_per_px = bench.array_from_panel * cells_per_pixel(rig, lattice)
+        per_px = cells_per_pixel(rig, lattice)
+        crossed = [each.array_from_panel * per_px for each in colour_benches(rig)[:ray_sets]]
         # At each place of the period, by each map.
-        shown = [each for i in range(emission.places) for each in _of_maps(samples, i, ray_sets)]
-        self.footprints = footprints(maps * emission.places, crossed_per_px, shown, grid)
+        places = emission.places
+        shown = [each for i in range(places) for each in _of_maps(samples, i, ray_sets)]
+        self.footprints = footprints(maps * places, crossed * len(SIDES) * places, shown, grid)
         self.defines: dict[str, int | float | str] = {
             "DEGREE": moves.shape[1] - 1,
             "RAY_SETS": ray_sets,
@@ -101,22 +107,24 @@ class ForwardTables:
             # Converging walls cut none of these rays: see the float64 twin.
             "WALLS": int(lattice.barriers == "perpendicular"),
             **subpixel_defines(rig),
+            "LATERAL": int(is_lateral(rig)),
             **lattice_defines(lattice),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         # The middle column of an odd width is done with the left eye's.
         self.columns_an_eye = viewport(rig, "right").first_column
-        shift = {side: crossing_shift_mm(bench, eye_optics(rig, side)) for side in SIDES}
-        self.crossings, self.owners = lattice_rasters(device, rig, lattice, shift)
+        benches = colour_benches(rig) if is_lateral(rig) else (bench_of(rig),)
+        crossings = [(bench.array_from_panel, _crossing_shifts(rig, bench)) for bench in benches]
+        self.crossings, self.owners = crossing_rasters(device, rig, lattice, crossings)
         # Footprints do all pixels but these; None until they were looked for, or without any.
         self.cut: CutList | None = None
         self.values: dict[str, Any] = {
             **viewport_values(rig),
             **lattice_values(rig, lattice),
-            "pupil_radii_per_cell": [
-                maps[0].pupil_radii_per_cell.ravel(),
-                maps[-1].pupil_radii_per_cell.ravel(),
-            ],
+            **lateral_values(rig, [each.retina_from_panel for each in maps[:3]]),
+            "pupil_radii_per_cell": padded(
+                [each.pupil_radii_per_cell.ravel() for each in maps], _MAPS
+            ),
             "samples": padded(samples, _SAMPLES),
             "target_steps": padded(self.footprints.steps_px if self.footprints else (), _STEPS),
             "moves": padded(moves.reshape(-1, 2), _MAPS * _COEFFICIENTS),
@@ -135,14 +143,24 @@ class ForwardTables:
             self.cut.release()
 
 
+def forward_tables(device: Device, rig: Rig) -> ForwardTables | RegisterTables:
+    """The tables of a rig for which ``forward_changes`` anything."""
+    return RegisterTables(rig) if rig.array.kind == "none" else ForwardTables(device, rig)
+
+
+def _crossing_shifts(rig: Rig, bench: Bench) -> dict[Side, Float]:
+    return {side: crossing_shift_mm(bench, eye_optics(rig, side)) for side in SIDES}
+
+
 def inverse_maps(rig: Rig, lattice: Lattice) -> tuple[list[InverseMap], int]:
     """The maps of both eyes, colour by colour, and how many each has: 1 shared by all, or 3."""
-    bench = bench_of(rig)
     eyes = [eye_optics(rig, side) for side in SIDES]
     is_shared = layout(rig.panel.subpixels).is_shared
     shared = is_shared and not any(eye.is_chromatic for eye in eyes)
     ray_sets = 1 if shared else 3
-    maps = [inverse_map(rig, bench, lattice, eye, c) for eye in eyes for c in range(ray_sets)]
+    maps = [
+        inverse_map(rig, eye.benches[c], lattice, eye, c) for eye in eyes for c in range(ray_sets)
+    ]
     return maps, ray_sets
 
 
@@ -195,23 +213,33 @@ class Forward:
         self._samples = ComputeVariants(device, "forward.comp", FORWARD)
         self._footprints = ComputeVariants(device, "forward_footprints.comp", FORWARD)
         self._cut = ComputeVariants(device, "forward_cut.comp", FORWARD)
+        self._register = ComputeVariants(device, "register.comp", REGISTER)
 
-    def run(self, tables: ForwardTables, target: Texture, shown: Texture) -> None:
+    def run(self, tables: ForwardTables | RegisterTables, target: Texture, shown: Texture) -> None:
         """Write the panel image for ``target`` into ``shown`` (rgba32f, the panel's size)."""
         self.complete(tables)
         target.bind_sampler(0)
         shown.bind_image(0, read=False, write=True)
+        if isinstance(tables, RegisterTables):
+            program = self._register.get({})
+            program.set(tables.values)
+            program.run(*tables.size_px)
+            self._device.check("bringing the colours together")
+            return
         tables.bind()
         _run_raster(self._of_all(tables), tables)
         if tables.cut is not None and any(tables.cut.counts):
             self._redo(tables, tables.cut)
         self._device.check("prefiltering")
 
-    def complete(self, tables: ForwardTables) -> None:
+    def complete(self, tables: ForwardTables | RegisterTables) -> None:
         """Compile what these tables need and list what is cut; does nothing the second time.
 
         ``run`` sees to it. Called when tables are made, it keeps that work out of a frame.
         """
+        if isinstance(tables, RegisterTables):
+            self._register.get({})
+            return
         if tables.footprints is not None and tables.cut is None:
             self._list_cut(tables, tables.footprints)
         self._of_all(tables)
@@ -254,7 +282,7 @@ class Forward:
 
     def release(self) -> None:
         """Give the programs back."""
-        for programs in (self._samples, self._footprints, self._cut):
+        for programs in (self._samples, self._footprints, self._cut, self._register):
             programs.release()
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from vrlf.gpu import Block, Buffer, ComputeVariants, Device, Field, Texture
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import bench_of, is_lateral
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.inverse import crossing_shift_mm
 from vrlf.optics.lattice import lattice_of
@@ -47,6 +47,8 @@ class PlainForwardTables:
         lattice, bench = lattice_of(rig), bench_of(rig)
         if lattice is None:
             raise ValueError("forward: a bare panel needs no tables, its image is the target")
+        if is_lateral(rig):
+            raise ValueError("forward, plain: all colours must be magnified alike")
         maps, ray_sets = inverse_maps(rig, lattice)
         moves = moves_px(maps)
         self.defines = {

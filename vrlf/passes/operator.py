@@ -5,8 +5,9 @@ pixel's chief ray crosses the array, and on nothing else. So the operator of a m
 is a table of some ten thousand rows by phase, made once for a prescription; its adjoint is the
 same table with each entry moved to the phase of the pixel at its other end. Layouts of which
 neighbouring pixels differ have such rows for each place of their period. Perpendicular walls
-divide the panel by another measure, and where the pitch varies no two cells are alike: there each
-pixel has its row.
+divide the panel by another measure, colours that the headset's lens magnifies differently land
+elsewhere in each pixel, and where the pitch varies no two cells are alike: there each pixel has
+its row.
 
 Measured (dB after 16 steps, matched-microlens, astronaut and coffee): 213 x 213 phases of which
 the nearest is read lose 0.05 to 0.08 against 85 x 85 that are read bilinearly, but a row holds
@@ -30,6 +31,7 @@ from numpy.typing import NDArray
 from vrlf.errors import InputError
 from vrlf.gpu import GROUP_PX, Buffer, Device, Field
 from vrlf.model import Rig
+from vrlf.optics.bench import is_lateral
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import SIDES, Side
@@ -50,6 +52,7 @@ from vrlf.passes.phases import (
 )
 from vrlf.passes.pixels import turned
 from vrlf.passes.tabulate import RowBuilder, Stretch
+from vrlf.passes.tolerant import spread_of_cases, tolerant_phases, tolerant_rows
 
 TABLE_FIELDS = (
     *VIEWPORT_FIELDS,
@@ -122,6 +125,9 @@ class _Table:
 class OperatorTables:
     """P / throughput and its adjoint of one rig, on the GPU; made once and swapped whole.
 
+    With a tolerance ``forward`` is P'P and ``adjoint`` P', the mean over its cases
+    (``is_tolerant``).
+
     Parameters
     ----------
     device : Device
@@ -152,27 +158,44 @@ class OperatorTables:
 
     def _pieces(self, device: Device, rig: Rig, builder: RowBuilder) -> Generator[None, None, None]:
         lattice = lattice_of(rig)
-        own = lattice is not None and (lattice.barriers == "perpendicular" or lattice.is_varying)
+        by_pixel = is_lateral(rig) or (lattice is not None and _is_nowhere_alike(lattice))
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
-        self.phases = (0, 0) if own else sampling_of(rig, lattice)
+        self.phases = (0, 0) if by_pixel else sampling_of(rig, lattice)
+        self.is_tolerant = rig.tolerance is not None
+        if self.is_tolerant and by_pixel:
+            raise InputError(f"tolerance: found it beside {_own_rows(rig)}, wanted one of the two")
         self.values: dict[str, Any] = {**viewport_values(rig), "phases": self.phases}
         forward, adjoint = _Table(), _Table()
-        for side, phases in zip(SIDES, self.phases, strict=True):
-            if own:
-                yield from self._by_pixel(rig, side, builder, forward, adjoint)
-            else:
-                per_offset = phases_per_offset(rig, lattice, phases)
-                turning = Turning(per_offset, phases, layout(rig.panel.subpixels).period)
-                yield from self._by_phase(rig, side, turning, builder, forward, adjoint)
+        if self.is_tolerant:
+            yield from self._of_many(rig, builder, forward, adjoint)
+        else:
+            yield from self._of_one(rig, lattice, builder, forward, adjoint)
         lanes = _lanes(device, forward)
         # The width of a group that holds as many lanes for each of its pixels, too.
         self.defines = {
-            "PER_PIXEL": int(own),
+            "PER_PIXEL": int(by_pixel),
             "LANES": lanes,
             "GROUP_LANES": lanes * GROUP_PX,
             **subpixel_defines(rig),
         }
         yield from self._upload(device, rig, lattice, forward, adjoint)
+
+    def _of_one(
+        self,
+        rig: Rig,
+        lattice: Lattice | None,
+        builder: RowBuilder,
+        forward: _Table,
+        adjoint: _Table,
+    ) -> Generator[None, None, None]:
+        """The rig's own operator and its adjoint."""
+        for side, phases in zip(SIDES, self.phases, strict=True):
+            if phases == 0:
+                yield from self._by_pixel(rig, side, builder, forward, adjoint)
+            else:
+                per_offset = phases_per_offset(rig, lattice, phases)
+                turning = Turning(per_offset, phases, layout(rig.panel.subpixels).period)
+                yield from self._by_phase(rig, side, turning, builder, forward, adjoint)
 
     def _traced(
         self, rig: Rig, side: Side, builder: RowBuilder, take: Callable[[Stretch], None]
@@ -204,6 +227,23 @@ class OperatorTables:
         for band in bands(layout(rig.panel.subpixels).places * phases, entries):
             adjoint.add(turning.lines(band), (band.start * phases, band.stop * phases))
             yield
+
+    def _of_many(
+        self, rig: Rig, builder: RowBuilder, forward: _Table, adjoint: _Table
+    ) -> Generator[None, None, None]:
+        """The normal equations of all cases of a tolerance; P'P stands in P's place."""
+        view_px, phases = self.values["view_px"], []
+        for side, most in zip(SIDES, self.phases, strict=True):
+            spread = yield from spread_of_cases(rig, side, builder, view_px)
+            phases.append(tolerant_phases(rig, most, spread))
+            rows = yield from tolerant_rows(rig, side, phases[-1], spread, builder, view_px)
+            count = layout(rig.panel.subpixels).places * phases[-1] ** 2
+            for table, each in ((forward, rows.gram), (adjoint, rows.adjoint)):
+                for band in bands(count, len(each.row)):
+                    table.add(each.between(band), (band.start, band.stop))
+                    yield
+        self.phases = (phases[0], phases[1])
+        self.values["phases"] = self.phases
 
     def _by_pixel(
         self, rig: Rig, side: Side, builder: RowBuilder, forward: _Table, adjoint: _Table
@@ -257,6 +297,10 @@ class OperatorTables:
             buffer.release()
 
 
+def _is_nowhere_alike(lattice: Lattice) -> bool:
+    return lattice.barriers == "perpendicular" or lattice.is_varying
+
+
 def _lanes(device: Device, table: _Table) -> int:
     """How many invocations share a row: one where the CPU does the work."""
     if device.info.is_software:
@@ -264,13 +308,21 @@ def _lanes(device: Device, table: _Table) -> int:
     return _LANES if table.entries_a_row > _SHORT_ROW else _SHORT_LANES
 
 
+def _own_rows(rig: Rig) -> str:
+    """Why each pixel has a row of its own."""
+    if is_lateral(rig):
+        return "headset.glass with an eye relief, which magnifies the colours differently"
+    return "a pitch that varies" if rig.array.varies else "array.barriers 'perpendicular'"
+
+
 def _too_large(rig: Rig) -> str:
-    why, instead = "array.barriers 'perpendicular'", "barriers 'converging' or 'none'"
-    if rig.array.barriers != "perpendicular":
-        why, instead = "a pitch that varies", "array.pitch_growth_per_cm2 [0, 0]"
+    remedy = "barriers 'converging' or 'none'"
+    if is_lateral(rig):
+        remedy = "the method 'forward'"
+    elif rig.array.varies:
+        remedy = "array.pitch_growth_per_cm2 [0, 0]"
     return (
-        f"panel: found {rig.panel.width_px}x{rig.panel.height_px} pixels with {why}, "
-        f"for which prefilter.method 'optimal' takes more than "
-        f"{_MOST_BYTES / 1e9:g} GB (a row of the operator for each pixel), wanted a smaller panel "
-        f"or {instead}"
+        f"panel: found {rig.panel.width_px}x{rig.panel.height_px} pixels with {_own_rows(rig)}, "
+        f"for which prefilter.method 'optimal' takes more than {_MOST_BYTES / 1e9:g} GB (a row of "
+        f"the operator for each pixel), wanted a smaller panel or {remedy}"
     )

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import bench_of, colour_benches, widest_bend
 from vrlf.optics.lattice import Lattice, is_open, nearest_cell
 from vrlf.optics.polynomial import Float
 from vrlf.optics.raster import cells_per_pixel, pixels_per_cell
@@ -55,9 +55,9 @@ def sampling_of(rig: Rig, lattice: Lattice | None) -> tuple[int, int]:
 
 
 def _phases_a_side(rig: Rig, lattice: Lattice, seen: int) -> int:
-    moved_px = max(lattice.bend, 1.0) * lattice.pitch_mm / pitch_mm(rig)
+    moved_px = max(widest_bend(rig), 1.0) * lattice.pitch_mm / pitch_mm(rig)
     # What a hole shows is as sharp as the hole, however many others are seen.
-    spread = 1.0 if lattice.bend == 0.0 else sqrt(max(1.0, seen / _FEW_PIXELS))
+    spread = 1.0 if lattice.kind == "pinhole" else sqrt(max(1.0, seen / _FEW_PIXELS))
     step_px = _STEP_PX * spread
     return int(np.clip(ceil(moved_px / step_px), _FEWEST, _MOST))
 
@@ -65,13 +65,11 @@ def _phases_a_side(rig: Rig, lattice: Lattice, seen: int) -> int:
 def _pixels_seen(rig: Rig, side: Side, lattice: Lattice) -> int:
     """How many panel pixels the pupil shows of the retinal pixel in the middle of a cell."""
     table = ray_tables(rig, side, _FEWEST_RAYS)[0]
-    within = table.within_pixel
-    moved = bench_of(rig).array_from_panel * within @ table.cells_per_px.T
-    crossing = table.array_cells + moved
+    crossing = table.array_cells + table.within_cells
     in_cell = crossing - nearest_cell(lattice, crossing)
     open_rays = is_open(lattice, in_cell)
-    bent = lattice.bend * in_cell @ pixels_per_cell(rig, lattice).T
-    landing = table.landing_px + within - bent
+    bent = colour_benches(rig)[0].bend * in_cell @ pixels_per_cell(rig, lattice).T
+    landing = table.landing_px + table.within_landing_px - bent
     return len(np.unique(np.rint(landing[open_rays]), axis=0))
 
 
@@ -106,6 +104,11 @@ class Rows:
     def take(self, kept: NDArray[Any] | slice) -> Rows:
         """Some of the entries."""
         return Rows(self.row[kept], self.offsets[kept], self.weights[kept])
+
+    def between(self, rows: range) -> Rows:
+        """The entries of some rows, of which there are none between."""
+        first, end = np.searchsorted(self.row, (rows.start, rows.stop))
+        return self.take(slice(int(first), int(end)))
 
 
 def joined(parts: Sequence[Rows]) -> Rows:

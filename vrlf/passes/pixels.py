@@ -1,4 +1,4 @@
-"""A sparse operator with a row for each pixel: behind perpendicular walls or a varying pitch.
+"""A sparse operator with a row for each pixel: walls, lateral colour, a pitch that varies.
 
 Such walls divide the panel by another measure than the chief rays do, so that no two cells
 are alike: what a pixel sees depends on where its ray crosses the array and on where it

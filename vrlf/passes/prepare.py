@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from vrlf.gpu import Block, ComputePass, Device, Field, Texture
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
+from vrlf.optics.distortion import coefficients_of
 from vrlf.optics.fitting import Fit
 from vrlf.optics.viewport import SIDES, axis_in_viewport_px, pitch_mm, viewport
 from vrlf.passes.fields import VIEWPORT_FIELDS, viewport_values
@@ -60,7 +61,7 @@ class Prepare:
                 "fits": [(*p.fit.start_px, *p.fit.source_px) for p in pictures],
                 "picture_px": [(*p.texture.size_px, 0, 0) for p in pictures],
                 "axes_px": axes,
-                "distortion": rig.headset.distortion or (0.0, 0.0),
+                "distortion": coefficients_of(rig),
                 "px_per_slope": bench_of(rig).panel_per_slope_mm / pitch_mm(rig),
             }
         )

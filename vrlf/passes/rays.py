@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vrlf.gpu import Buffer, Device, Field
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import bench_of, bends_apart, colour_benches, is_lateral
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.holes import HoleTable, hole_points, hole_table
 from vrlf.optics.lattice import Lattice, lattice_of
@@ -28,10 +28,12 @@ from vrlf.optics.sequence import Half, half_of
 from vrlf.optics.viewport import SIDES
 from vrlf.passes.bins import BinGrid, grid_over, loop_turns, sort_into, visits_per_ray
 from vrlf.passes.fields import (
+    LATERAL_FIELDS,
     LATTICE_FIELDS,
     SUBPIXEL_FIELDS,
+    crossing_rasters,
+    lateral_values,
     lattice_defines,
-    lattice_rasters,
     lattice_values,
     subpixel_defines,
     subpixel_values,
@@ -45,7 +47,8 @@ _SETS = 6
 RAY_FIELDS = (
     *SUBPIXEL_FIELDS,
     *LATTICE_FIELDS,
-    Field("float", "bend", "g / f of a lenslet, 0 for a hole"),
+    *LATERAL_FIELDS,
+    Field("float", "bend", "g / f of a lenslet, 0 for a hole; with BENDS it is each line's own"),
     Field("int", "most_pieces", "into which a stretch of a line can be cut"),
     Field(
         "vec4",
@@ -66,7 +69,7 @@ RAY_FIELDS = (
     Field("int", "batch_first", "where this batch begins"),
     Field("int", "batch_points", "how many rays it has"),
 )
-_KINDS = {"none": 0, "microlens": 1, "pinhole": 2}
+ARRAY_KINDS = {"none": 0, "microlens": 1, "pinhole": 2}
 # Software GL ends all loops of an invocation after 65,535 turns, without a word.
 _LOOP_TURNS = 49152
 # It counts the turns of neighbouring invocations together where they go different ways, as
@@ -152,11 +155,13 @@ class PerceiveTables:
         self.points = len(sets.tables[0].rays)
         self.cost = sets.cost
         self.defines: dict[str, int | float | str] = {
-            "ARRAY": _KINDS[rig.array.kind],
+            "ARRAY": ARRAY_KINDS[rig.array.kind],
             "COLOURS": self.colours,
             "BY_HOLE": int(quadrature == "holes"),
             **subpixel_defines(rig),
+            "LATERAL": int(is_lateral(rig)),
             **lattice_defines(lattice),
+            "BENDS": int(bends_apart(rig)),
         }
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.throughput = 1.0 if lattice is None else lattice.throughput
@@ -164,11 +169,16 @@ class PerceiveTables:
             **viewport_values(rig),
             **subpixel_values(rig),
             **lattice_values(rig, lattice),
+            **lateral_values(rig, [bench.panel_from_retina for bench in colour_benches(rig)]),
             **sets.values,
-            "bend": 0.0 if lattice is None else lattice.bend,
+            "bend": bench_of(rig).bend,
         }
         grid_of = lattice if quadrature == "points" else None
-        self.crossings, self.owners = lattice_rasters(device, rig, lattice)
+        scales = [bench.array_from_retina for bench in colour_benches(rig)]
+        if not is_lateral(rig):
+            scales = scales[:1]
+        crossings = [(scale, None) for scale in scales]
+        self.crossings, self.owners = crossing_rasters(device, rig, lattice, crossings)
         self.batches = [
             _batch(device, [table.part(part) for table in sets.tables], grid_of)
             for part in _parts(self.points, self.colours * sets.turns)
@@ -214,7 +224,9 @@ def _point_sets(
 ) -> _Sets:
     eyes = [ray_tables(rig, side, rays) for side in SIDES]
     flat = [table for each in eyes for table in each * (colours // len(each))]
-    tables = [_point_rows(rig, table, half) for table in flat]
+    # A bare panel's pixels are averaged whole: there is no place in them to fold in.
+    folded = lattice is not None and is_lateral(rig)
+    tables = [_point_rows(table, half, folded) for table in flat]
     if lattice is None:
         return _Sets(tables, values, 1, 1.0)
     lanes = _SOFTWARE_LANES if device.info.is_software else 1
@@ -222,10 +234,13 @@ def _point_sets(
     return _Sets(tables, values, turns, lattice.opening)
 
 
-def _point_rows(rig: Rig, table: RayTable, half: Half) -> _Rows:
-    within = half_of(table.within_pixel, half)
+def _point_rows(table: RayTable, half: Half, folded: bool) -> _Rows:
+    """A table of blind points; what a place in the pixel moves stands apart, or in the ray."""
     phi, psi = half_of(table.array_cells, half), half_of(table.landing_px, half)
-    moved = bench_of(rig).array_from_panel * within @ table.cells_per_px.T
+    within, moved = half_of(table.within_pixel, half), half_of(table.within_cells, half)
+    if folded:  # it moves each colour by another measure
+        rays = np.concatenate([phi + moved, psi + half_of(table.within_landing_px, half)], axis=1)
+        return _Rows(rays, np.zeros_like(within), phi + moved)
     return _Rows(np.concatenate([phi, psi], axis=1), within, phi + moved)
 
 
@@ -235,13 +250,14 @@ def _line_sets(rig: Rig, rays: int, half: Half, colours: int, values: dict[str, 
         for side in SIDES
     ]
     flat = [table for each in tables for table in each * (colours // len(each))]
+    bends = [bench.bend for bench in colour_benches(rig)[:colours]] * len(SIDES)
     # Shader tables are of one length; what a shorter one lacks weighs nothing.
     longest = max(len(table.share) for table in flat)
     rows = []
-    for table in flat:
+    for table, bend in zip(flat, bends, strict=True):
         share = table.share * (longest / len(table.share))
         both = np.concatenate([table.crossing_cells, table.landing_px], axis=1)
-        within = np.stack([share, np.zeros_like(share)], axis=-1)
+        within = np.stack([share, np.full_like(share, bend)], axis=-1)
         fill = ((0, longest - len(share)), (0, 0))
         rows.append(_Rows(np.pad(both, fill), np.pad(within, fill), np.zeros((longest, 0))))
     pieces = max(table.pieces for table in flat)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from vrlf.gpu import Block, Buffer, ComputePass, ComputeVariants, Device, Field
 from vrlf.model import Rig
+from vrlf.optics.bench import widest_bend
+from vrlf.optics.lateral import lateral_reach_px
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.raster import half_cell_px
 from vrlf.optics.samples import ray_tables
@@ -79,7 +81,13 @@ class RowBuilder:
         self._programs = ComputeVariants(device, "operator_rows.comp", ROWS)
 
     def rows(
-        self, rig: Rig, side: Side, phases: int, view_px: tuple[int, int]
+        self,
+        rig: Rig,
+        side: Side,
+        phases: int,
+        view_px: tuple[int, int],
+        *,
+        rays: int | None = None,
     ) -> Generator[Stretch | None, None, None]:
         """P / throughput of one eye, stretch by stretch; None is a rest within one.
 
@@ -88,10 +96,13 @@ class RowBuilder:
         phases : int
             Along each side of a cell, for each place of the layout's period; 0 for a row for
             each pixel of the viewport.
+        rays : int, optional
+            That each row is made of; as many as the rows leave time for, if not given.
         """
         places = layout(rig.panel.subpixels).places
         count = places * phases**2 if phases else view_px[0] * view_px[1]
-        rays = table_rays(count, max(len(ray_tables(rig, each, 1)) for each in SIDES))
+        if rays is None:
+            rays = table_rays(count, max(len(ray_tables(rig, each, 1)) for each in SIDES))
         low, size = _window(rig, side, rays)
         windows = _Windows(SIDES.index(side), low, size, phases, count)
         tables = PerceiveTables(self._device, rig, rays)
@@ -113,7 +124,7 @@ class RowBuilder:
             count = min(most, windows.rows - first)
             dense = yield from self._dense(tables, windows, first, count)
             yield None
-            place, weights = _lit(dense.reshape(count, windows.area, 3), _NEGLIGIBLE * scale)
+            place, weights = lit(dense.reshape(count, windows.area, 3), _NEGLIGIBLE * scale)
             row, within = np.divmod(place, windows.area)
             offsets = np.stack([within % windows.size[0], within // windows.size[0]], axis=-1)
             rows = Rows(row + first, offsets + windows.low, weights / np.float32(scale))
@@ -183,7 +194,7 @@ class RowBuilder:
         self._programs.release()
 
 
-def _lit(
+def lit(
     dense: NDArray[np.float32], negligible: float
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """Where windows of shape (rows, offsets, 3) are lit, and how brightly.
@@ -212,7 +223,8 @@ def _window(rig: Rig, side: Side, rays: int) -> tuple[NDArray[np.int64], NDArray
     # A sampled ray lands up to half a pixel off, a mean covers up to a pixel.
     reach = np.full(2, 2.0)
     if lattice is not None:
-        reach += lattice.bend * lattice.widest_pitch * half_cell_px(rig, lattice)
+        reach += widest_bend(rig) * lattice.widest_pitch * half_cell_px(rig, lattice)
+    reach += lateral_reach_px(rig, side)
     low = np.floor(landing.min(axis=0) - reach).astype(np.int64)
     high = np.ceil(landing.max(axis=0) + reach).astype(np.int64)
     return low, high - low + 1

@@ -7,6 +7,7 @@ prepare    ``shaders/prepare.comp``: a picture fitted into its viewport
 forward    ``shaders/forward.comp``: the forward prefilter
 perceive   ``shaders/perceive.comp``: what both eyes see, plain pupil sampling
 quadrature ``shaders/perceive.comp``: the same by lines and by points of holes
+traced     ``shaders/perceive_traced.comp``: ray by ray, diffraction, real lenslets
 optimal    ``vrlf/solve``: the optimal prefilter, each pixel's row traced by itself
 converged  ``vrlf/solve``: the bounded optimum itself, by float64 matrices, proved
 panorama   ``shaders/scene/panorama.comp``: the world all around from a picture

@@ -71,7 +71,7 @@ def _pieces(
     rig: Rig, view: Viewport, optics: EyeOptics, rays: int, colour: int, channels: list[int]
 ) -> Iterator[list[Entries]]:
     """Rows, columns and weights of the channels that take one colour's path, piece by piece."""
-    gather, at = Gather(rig, view), pupil_points(rig, optics, rays)
+    gather, at = Gather(rig, view, optics.benches[colour]), pupil_points(rig, optics, rays)
     slopes = aberration_at(optics.aberration[colour], at.from_centre_mm)
     kept: list[list[Entries]] = [[] for _ in channels]
     size = 0

@@ -1,4 +1,6 @@
-"""Float64 twin of ``shaders/forward.comp``: the forward prefilter by the design's equations.
+"""The forward prefilter by the design's equations, in float64.
+
+Twin of ``shaders/forward.comp`` and, for bare panels, of ``shaders/register.comp``.
 
 Each sample is traced in millimetres through the centre of its lenslet, step by step.
 """
@@ -9,7 +11,7 @@ import numpy as np
 
 from vrlf.model import Rig
 from vrlf.optics import lattice as cells
-from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.bench import Bench, bench_of, is_lateral
 from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
@@ -35,11 +37,12 @@ def forward(target: Float, rig: Rig) -> Float:
     Returns
     -------
     ndarray, shape (H, W, 3)
-        Linear light; the target itself without an array.
+        Linear light; without an array the target itself, but for colours that the headset's lens
+        magnifies differently.
     """
     lattice = lattice_of(rig)
     if lattice is None:
-        return np.array(target, dtype=np.float64)
+        return _registered(target, rig)
     shown = np.zeros(target.shape)
     for side in SIDES:
         view = viewport(rig, side)
@@ -49,6 +52,23 @@ def forward(target: Float, rig: Rig) -> Float:
             shown[:, view.columns, colour] = _colour(
                 half[..., colour], rig, lattice, view, optics, colour
             )
+    return shown
+
+
+def _registered(target: Float, rig: Rig) -> Float:
+    """A bare panel: twin of ``shaders/register.comp``, by each colour's chief ray."""
+    if not is_lateral(rig):
+        return np.array(target, dtype=np.float64)
+    shown, named = np.zeros(target.shape), bench_of(rig)
+    for side in SIDES:
+        view, optics = viewport(rig, side), eye_optics(rig, side)
+        half = target[:, view.columns].astype(np.float64)
+        o, x_mm = np.array(optics.pupil_offset_mm), panel_points_mm(rig, view)
+        for colour, bench in enumerate(optics.benches):
+            # The slope at which the pixel is seen, and the pixel of 589 nm that is seen there.
+            alpha = (x_mm - o * bench.defocus_factor) / bench.panel_per_slope_mm
+            seen_mm = alpha * named.panel_per_slope_mm + o * named.defocus_factor
+            shown[:, view.columns, colour] = read_target(half[..., colour], seen_mm, rig, view)
     return shown
 
 
@@ -72,7 +92,7 @@ def _colour(
             axis=-1,
         )
         x_mm = centres_mm + place * pitch_mm(rig)
-        seen_mm, meets = retinal_points(x_mm, bench_of(rig), lattice, view, optics, colour)
+        seen_mm, meets = retinal_points(x_mm, optics.benches[colour], lattice, view, optics, colour)
         light += meets * read_target(half, seen_mm, rig, view)
         met += meets
     # What a pixel lacks stays dark.
@@ -110,7 +130,7 @@ def retinal_points(
     alpha = beta + bench.lens_power_per_mm * h
     u = h - bench.relief_mm * alpha
     from_centre = u - offset
-    seen = bench.panel_per_slope_mm * (
+    seen = bench.retina_per_slope_mm * (
         alpha - aberration_at(optics.aberration[colour], from_centre)
     )
     meets = np.sum(from_centre**2, axis=-1) <= (optics.pupil_mm / 2.0) ** 2

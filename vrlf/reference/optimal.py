@@ -16,7 +16,8 @@ from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.polynomial import Float
 from vrlf.optics.samples import pupil_points
-from vrlf.optics.viewport import SIDES, Viewport, viewport
+from vrlf.optics.tolerance import Case, cases_of
+from vrlf.optics.viewport import SIDES, Side, Viewport, viewport
 from vrlf.reference.perceive import Gather, Hit
 
 # Where POGM's theta begins: its authors' 1 serves the worst of cases; with 4 the momentum that
@@ -85,6 +86,10 @@ class Operator:
             light[there] += self.weights[line, column][here] * seen[here]
         return light
 
+    def normal(self, light: Float) -> Float:
+        """P'P l."""
+        return self.adjoint(self.apply(light))
+
     def _overlap(self, line: int, column: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
         """The retinal pixels whose partner at an offset lies in the viewport; the partners."""
         slices = []
@@ -97,9 +102,38 @@ class Operator:
         return (slices[0][0], slices[1][0]), (slices[0][1], slices[1][1])
 
 
+class Many:
+    """The operators of all cases of a tolerance; all that a solver needs of them is their means.
+
+    Parameters
+    ----------
+    cases : list of Case
+        ``vrlf.optics.tolerance.cases_of``.
+    """
+
+    def __init__(self, cases: list[Case], side: Side, rays: int) -> None:
+        self._weights = [case.weight for case in cases]
+        self._operators = [
+            Operator(case.rig, viewport(case.rig, side), eye_optics(case.rig, side), rays)
+            for case in cases
+        ]
+
+    def adjoint(self, seen: Float) -> Float:
+        """The mean of P' r."""
+        return self._mean([operator.adjoint(seen) for operator in self._operators])
+
+    def normal(self, light: Float) -> Float:
+        """The mean of P'P l."""
+        return self._mean([operator.normal(light) for operator in self._operators])
+
+    def _mean(self, values: list[Float]) -> Float:
+        pairs = zip(self._weights, values, strict=True)
+        return np.asarray(sum(weight * value for weight, value in pairs))
+
+
 def _hits(rig: Rig, view: Viewport, optics: EyeOptics, rays: int, colour: int) -> Iterator[Hit]:
     """The hits of all pupil points, each with its share of the mean."""
-    gather, at = Gather(rig, view), pupil_points(rig, optics, rays)
+    gather, at = Gather(rig, view, optics.benches[colour]), pupil_points(rig, optics, rays)
     slopes = aberration_at(optics.aberration[colour], at.from_centre_mm)
     for u_mm, slope, within_mm in zip(at.u_mm, slopes, at.within_pixel_mm, strict=True):
         for pixel, weight in gather.hits(u_mm, slope, within_mm):
@@ -138,14 +172,14 @@ def optimal(target: Float, rig: Rig, rays: int) -> Float:
     given = rig.prefilter
     for side in SIDES:
         view = viewport(rig, side)
-        operator = Operator(rig, view, eye_optics(rig, side), rays)
+        operator = Many(cases_of(rig), side, rays)
         meant = target[:, view.columns].astype(np.float64)
         meant = given.black_level + (given.brightness - given.black_level) * meant
         shown[:, view.columns] = descend(operator, meant, given.iterations)
     return shown
 
 
-def descend(operator: Operator, meant: Float, iterations: int) -> Float:
+def descend(operator: Operator | Many, meant: Float, iterations: int) -> Float:
     """Projected gradient in the metric of P'P1, by POGM (Taylor, Hendrickx & Glineur 2017).
 
     With x the picture within the bounds, w the plain step from it and z the place that the
@@ -154,12 +188,13 @@ def descend(operator: Operator, meant: Float, iterations: int) -> Float:
     ones = np.ones(meant.shape)
     reached = operator.adjoint(ones)
     lit = reached > _LEAST
-    curvature = np.where(lit, operator.adjoint(operator.apply(ones)), np.inf)
-    x = np.clip(np.where(lit, operator.adjoint(meant) / np.where(lit, reached, 1.0), 0.0), 0.0, 1.0)
+    curvature = np.where(lit, operator.normal(ones), np.inf)
+    back = operator.adjoint(meant)
+    x = np.clip(np.where(lit, back / np.where(lit, reached, 1.0), 0.0), 0.0, 1.0)
     w, z, theta, gamma = x, x, FIRST_THETA, 1.0
     for _ in range(iterations):
         following = (1.0 + np.sqrt(1.0 + 4.0 * theta**2)) / 2.0
-        w_next = x - operator.adjoint(operator.apply(x) - meant) / curvature
+        w_next = x - (operator.normal(x) - back) / curvature
         z = (
             w_next
             + (theta - 1.0) / following * (w_next - w)

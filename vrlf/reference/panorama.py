@@ -6,6 +6,7 @@ import numpy as np
 
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
+from vrlf.optics.distortion import coefficients_of, seen_slopes
 from vrlf.optics.polynomial import Float
 from vrlf.optics.viewport import SIDES, Viewport, axis_in_viewport_px, pitch_mm, viewport
 
@@ -45,9 +46,7 @@ def _seen_slopes(rig: Rig, view: Viewport, within: tuple[float, float]) -> Float
     columns, rows = np.arange(view.width_px) + within[0], np.arange(view.height_px) + within[1]
     place = np.stack(np.meshgrid(columns, rows), axis=-1) - axis_in_viewport_px(rig, view)
     slope = place * pitch_mm(rig) / bench_of(rig).panel_per_slope_mm * [1.0, -1.0]
-    k1, k2 = rig.headset.distortion or (0.0, 0.0)
-    r2 = np.sum(slope**2, axis=-1, keepdims=True)
-    return np.asarray(slope * (1.0 + k1 * r2 + k2 * r2**2))
+    return seen_slopes(slope, coefficients_of(rig))
 
 
 def _places(directions: Float, size: tuple[int, ...]) -> Float:

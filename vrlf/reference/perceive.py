@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vrlf.model import Rig
 from vrlf.optics import lattice as cells
-from vrlf.optics.bench import Bench, bench_of
+from vrlf.optics.bench import Bench
 from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.polynomial import Float
@@ -72,7 +72,7 @@ def trace(
     ``slope`` is the eye's transverse aberration there. Steps and names are the design's.
     """
     # Leave the eye, pass the headset lens.
-    alpha = x_mm / bench.panel_per_slope_mm + slope
+    alpha = x_mm / bench.retina_per_slope_mm + slope
     h = u_mm + bench.relief_mm * alpha
     beta = alpha - bench.lens_power_per_mm * h
     # Meet the array.
@@ -85,7 +85,7 @@ def trace(
     cell = cells.nearest_cell(lattice, q)
     # Be bent by the lenslet (or not, in a hole) and cross the gap.
     from_centre_mm = y + axis - cells.cells_mm(lattice, cell)
-    x = y + bench.reduced_gap_mm * beta - lattice.bend * from_centre_mm
+    x = y + bench.reduced_gap_mm * beta - bench.bend * from_centre_mm
     off_centre = from_centre_mm @ lattice.cell_from_panel.T
     return Landing(y, x, q - cell, off_centre, cell)
 
@@ -122,7 +122,7 @@ def _one_path(
     half: Float, rig: Rig, view: Viewport, optics: EyeOptics, colour: int, rays: int
 ) -> Float:
     """The view of one eye if all colours took the path of ``colour``."""
-    gather = Gather(rig, view)
+    gather = Gather(rig, view, optics.benches[colour])
     at = pupil_points(rig, optics, rays)
     slopes = aberration_at(optics.aberration[colour], at.from_centre_mm)
     total = np.zeros(half.shape)
@@ -135,8 +135,8 @@ def _one_path(
 class Gather:
     """Which panel pixels one pupil point shows to each pixel of a viewport, and how much."""
 
-    def __init__(self, rig: Rig, view: Viewport) -> None:
-        self._view, self._bench, self._lattice = view, bench_of(rig), lattice_of(rig)
+    def __init__(self, rig: Rig, view: Viewport, bench: Bench) -> None:
+        self._view, self._bench, self._lattice = view, bench, lattice_of(rig)
         self._emission = layout(rig.panel.subpixels)
         self._pitch_mm = pitch_mm(rig)
         self._x_mm = panel_points_mm(rig, view)
@@ -196,7 +196,7 @@ class Gather:
         normals = lattice.normals
         spread = np.abs(normals @ lattice.cell_from_panel).sum(axis=1) * self._pitch_mm / 2.0
         spread = spread / lattice.least_pitch
-        at_array = spread * self._bench.array_from_panel
+        at_array = spread * self._bench.array_from_retina
         whole = np.all(np.abs(landing.in_cell @ normals.T) <= 0.5 - at_array, axis=-1)
         if lattice.barriers != "none":
             off = (self._barrier_coordinates(lattice, landing) - landing.cell) @ normals.T
@@ -248,4 +248,4 @@ def landing_points(rig: Rig, side: Side, rays: int, point: int) -> Landing:
     at = pupil_points(rig, optics, rays)
     slope = aberration_at(optics.aberration[0], at.from_centre_mm[point])
     x_mm = panel_points_mm(rig, view)
-    return trace(bench_of(rig), lattice_of(rig), view, x_mm, at.u_mm[point], slope)
+    return trace(optics.benches[0], lattice_of(rig), view, x_mm, at.u_mm[point], slope)

@@ -7,6 +7,7 @@ import numpy as np
 from vrlf.images import srgb_decode
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
+from vrlf.optics.distortion import coefficients_of, seen_slopes
 from vrlf.optics.fitting import Fit
 from vrlf.optics.polynomial import Float
 from vrlf.optics.viewport import SIDES, Viewport, axis_in_viewport_px, pitch_mm, viewport
@@ -51,10 +52,9 @@ def _seen_places(rig: Rig, view: Viewport) -> Float:
     if rig.headset.distortion is None:
         return place
     axis = axis_in_viewport_px(rig, view)
-    slope = (place - axis) * pitch_mm(rig) / bench_of(rig).panel_per_slope_mm
-    r2 = np.sum(slope**2, axis=-1, keepdims=True)
-    k1, k2 = rig.headset.distortion
-    return np.asarray(axis + (place - axis) * (1.0 + k1 * r2 + k2 * r2**2))
+    px_per_slope = bench_of(rig).panel_per_slope_mm / pitch_mm(rig)
+    slopes = seen_slopes((place - axis) / px_per_slope, coefficients_of(rig))
+    return np.asarray(axis + slopes * px_per_slope)
 
 
 def cubic(x: Float) -> Float:

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
 from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.holes import hole_points
 from vrlf.optics.lattice import (
@@ -67,7 +66,7 @@ class _Eye:
     def of(cls, rig: Rig, view: Viewport, optics: EyeOptics, colour: int) -> _Eye:
         lattice = lattice_of(rig)
         assert lattice is not None
-        gather = Gather(rig, view)
+        gather = Gather(rig, view, optics.benches[colour])
         return cls(rig, view, optics, colour, lattice, gather, panel_points_mm(rig, view))
 
     def slope(self, from_centre_mm: Float) -> Float:
@@ -77,7 +76,8 @@ class _Eye:
         """Where a ray of every pixel goes; the pupil point may differ from pixel to pixel."""
         u_mm = from_centre_mm + np.array(self.optics.pupil_offset_mm)
         x_mm = self.x_mm + within_mm
-        return trace(bench_of(self.rig), self.lattice, self.view, x_mm, u_mm, slope)
+        bench = self.optics.benches[self.colour]
+        return trace(bench, self.lattice, self.view, x_mm, u_mm, slope)
 
     def light(self, half: Float, landing: Landing) -> Float:
         """What the panel shows at the landings, black where a barrier stands in the way."""
@@ -127,7 +127,7 @@ def _along(half: Float, eye: _Eye, lines: Stretches, index: int) -> Float:
 def _led_on(eye: _Eye, middle: Landing, end: Landing) -> Landing:
     """Where the ray at ``end`` would land if it passed the lenslet of ``middle``."""
     moved_mm = cells_mm(eye.lattice, middle.cell) - cells_mm(eye.lattice, end.cell)
-    panel_mm = end.panel_mm + eye.lattice.bend * moved_mm
+    panel_mm = end.panel_mm + eye.optics.benches[eye.colour].bend * moved_mm
     return Landing(end.array_mm, panel_mm, end.in_cell, end.off_centre, middle.cell)
 
 

@@ -5,6 +5,7 @@ file       holds
 ========== ======================================================================
 steps      ``Renderer``, the protocol; what it takes and gives, and the checks
 gpu        ``GpuRenderer``: picture by picture
+textures   what a step keeps on the GPU while it runs
 reference  ``ReferenceRenderer``: the twins
 stream     ``Stream``: frame after frame, prescriptions that change while they run
 live       what can be shown frame after frame: pictures, charts, scenes, films
@@ -19,6 +20,7 @@ from vrlf.renderer.gpu import GpuRenderer
 from vrlf.renderer.reference import ReferenceRenderer
 from vrlf.renderer.steps import (
     DEFAULT_RAYS,
+    PLAIN,
     Exposure,
     Image,
     Renderer,
@@ -32,6 +34,7 @@ from vrlf.renderer.stream import Stream
 
 __all__ = [
     "DEFAULT_RAYS",
+    "PLAIN",
     "Exposure",
     "GpuRenderer",
     "Image",

@@ -16,18 +16,24 @@ from vrlf.errors import InputError
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
 from vrlf.optics.fitting import FitMode
+from vrlf.optics.lateral import forward_changes
+from vrlf.optics.sequence import Half
+from vrlf.optics.tracing import Tracing
 from vrlf.passes import (
     Encode,
     EyePicture,
     Forward,
-    ForwardTables,
     Perceive,
     PerceiveTables,
+    PerceiveTraced,
     Prepare,
     Sharpen,
+    TracedTables,
+    forward_tables,
 )
 from vrlf.renderer.steps import (
     DEFAULT_RAYS,
+    PLAIN,
     Exposure,
     Image,
     check_rays,
@@ -36,6 +42,7 @@ from vrlf.renderer.steps import (
     fitted,
     operator_key,
 )
+from vrlf.renderer.textures import Textures, rgb
 from vrlf.solve import Optimal, OptimalTables
 from vrlf.solve.wiener import sharpen_tables
 
@@ -61,6 +68,7 @@ class GpuRenderer:
         self._prepare: Prepare | None = None
         self._forward = Forward(self.device)
         self._perceive = Perceive(self.device)
+        self._traced: PerceiveTraced | None = None
         self._encode: Encode | None = None
         self._optimal: Optimal | None = None
         self._sharpen: Sharpen | None = None
@@ -76,36 +84,36 @@ class GpuRenderer:
         if self._prepare is None:
             self._prepare = Prepare(self.device)
         pictures, fits = fitted(source, rig, fit)
-        with _Textures(self.device) as make:
+        with Textures(self.device) as make:
             eyes = [
                 EyePicture(make.holding(picture, "picture"), place)
                 for picture, place in zip(pictures, fits, strict=True)
             ]
             target = make.panel(rig, "target")
             self._prepare.run(rig, (eyes[0], eyes[1]), target)
-            return _rgb(target)
+            return rgb(target)
 
     def prefilter(self, target: Image, rig: Rig) -> Image:
         """See ``Renderer.prefilter``."""
         target = checked_image(target, rig, "target")
         method = rig.prefilter.method
         self._require_size(rig)
-        bare = rig.array.kind == "none" and not rig.prefilter.wiener
-        if method == "none" or (method == "forward" and bare):
+        unchanged = not forward_changes(rig) and not rig.prefilter.wiener
+        if method == "none" or (method == "forward" and unchanged):
             return np.array(target, dtype=np.float32)
         self.device.make_current()
         if method == "optimal":
             return self._solve(target, rig)
-        with _Textures(self.device) as make:
+        with Textures(self.device) as make:
             light = make.holding(target, "target")
             if rig.prefilter.wiener:
                 light = self._sharpened(light, rig, make.panel(rig, "sharpened target"))
-            if rig.array.kind == "none":
-                return _rgb(light)
-            tables = self._tables("forward", rig, lambda: ForwardTables(self.device, rig))
+            if not forward_changes(rig):
+                return rgb(light)
+            tables = self._tables("forward", rig, lambda: forward_tables(self.device, rig))
             shown = make.panel(rig, "panel image")
             self._forward.run(tables, light, shown)
-            return _rgb(shown)
+            return rgb(shown)
 
     def _sharpened(self, target: Texture, rig: Rig, sharpened: Texture) -> Texture:
         """The target after Wiener sharpening; the program is made when first needed."""
@@ -128,30 +136,31 @@ class GpuRenderer:
             "optimal", operator_key(rig), lambda: OptimalTables(self.device, rig, builder)
         )
         tables.ask(rig.prefilter)
-        with _Textures(self.device) as make:
+        with Textures(self.device) as make:
             shown = make.panel(rig, "panel image")
             self._optimal.run(tables, make.holding(target, "target"), shown)
-            return _rgb(shown)
+            return rgb(shown)
 
     def perceive(
-        self, panel: Image, rig: Rig, *, rays: int = DEFAULT_RAYS, exposure: Exposure = "auto"
+        self,
+        panel: Image,
+        rig: Rig,
+        *,
+        rays: int = DEFAULT_RAYS,
+        exposure: Exposure = "auto",
+        tracing: Tracing = PLAIN,
     ) -> Image:
         """See ``Renderer.perceive``."""
-        panel = checked_image(panel, rig, "panel image")
-        check_rays(rays)
-        self._require_size(rig)
-        self.device.make_current()
-        tables = self._tables(
-            "perceive", (operator_key(rig), rays), lambda: PerceiveTables(self.device, rig, rays)
-        )
-        with _Textures(self.device) as make:
-            seen = make.panel(rig, "perceived image")
-            light = make.holding(panel, "panel image")
-            self._perceive.run(tables, light, seen, exposure=exposure_factor(rig, exposure))
-            return _rgb(seen)
+        return self._looked(panel, rig, rays, exposure, tracing, ("all",))[0]
 
     def perceive_with_error(
-        self, panel: Image, rig: Rig, *, rays: int = DEFAULT_RAYS, exposure: Exposure = "auto"
+        self,
+        panel: Image,
+        rig: Rig,
+        *,
+        rays: int = DEFAULT_RAYS,
+        exposure: Exposure = "auto",
+        tracing: Tracing = PLAIN,
     ) -> tuple[Image, float]:
         """``perceive``, and how far off its quadrature is, about: RMS over pixels and colours.
 
@@ -160,35 +169,72 @@ class GpuRenderer:
         were independent. They lie between each other, so that their errors cancel in the mean
         sooner than that: the estimate errs on the safe side.
         """
-        panel = checked_image(panel, rig, "panel image")
         check_rays(rays)
         if rays < 2:
             raise InputError(f"rays: found {rays}, wanted at least 2 (an error takes two halves)")
-        self._require_size(rig)
-        self.device.make_current()
-        factor = exposure_factor(rig, exposure)
-        with _Textures(self.device) as make:
-            seen = make.panel(rig, "perceived image")
-            light = make.holding(panel, "panel image")
-            halves = []
-            for half in ("first", "second"):
-                tables = self._tables(
-                    f"perceive {half}",
-                    (operator_key(rig), rays),
-                    partial(PerceiveTables, self.device, rig, rays, half),
-                )
-                self._perceive.run(tables, light, seen, exposure=factor)
-                halves.append(_rgb(seen))
+        halves = self._looked(panel, rig, rays, exposure, tracing, ("first", "second"))
         difference = np.subtract(halves[0], halves[1], dtype=np.float64)
         mean = np.asarray((halves[0] + halves[1]) / 2, dtype=np.float32)
         return mean, float(np.sqrt(np.mean(difference**2))) / 2.0
+
+    def _looked(
+        self,
+        panel: Image,
+        rig: Rig,
+        rays: int,
+        exposure: Exposure,
+        tracing: Tracing,
+        halves: tuple[Half, ...],
+    ) -> list[Image]:
+        """What is seen by each of these halves of the rays."""
+        panel = checked_image(panel, rig, "panel image")
+        check_rays(rays)
+        tracing.check(rig)
+        self._require_size(rig)
+        self.device.make_current()
+        factor = exposure_factor(rig, exposure)
+        seen_by = []
+        with Textures(self.device) as make:
+            seen = make.panel(rig, "perceived image")
+            light = make.holding(panel, "panel image")
+            for half in halves:
+                if tracing:
+                    self._trace(rig, rays, tracing, half, light, seen, factor)
+                else:
+                    tables = self._rays(rig, rays, half)
+                    self._perceive.run(tables, light, seen, exposure=factor)
+                seen_by.append(rgb(seen))
+        return seen_by
+
+    def _rays(self, rig: Rig, rays: int, half: Half) -> PerceiveTables:
+        """The fast quadratures' tables."""
+        make = partial(PerceiveTables, self.device, rig, rays, half)
+        tables: PerceiveTables = self._tables(f"perceive {half}", (operator_key(rig), rays), make)
+        return tables
+
+    def _trace(
+        self,
+        rig: Rig,
+        rays: int,
+        tracing: Tracing,
+        half: Half,
+        light: Texture,
+        seen: Texture,
+        exposure: float,
+    ) -> None:
+        """Ray by ray; the program is made when first needed."""
+        if self._traced is None:
+            self._traced = PerceiveTraced(self.device)
+        make = partial(TracedTables, self.device, rig, rays, tracing, half)
+        tables = self._tables(f"trace {half}", (operator_key(rig), rays, tracing), make)
+        self._traced.run(tables, light, seen, exposure=exposure)
 
     def encode(self, light: Image, *, dither: bool = False) -> NDArray[np.uint8]:
         """See ``Renderer.encode``."""
         self.device.make_current()
         if self._encode is None:
             self._encode = Encode(self.device)
-        with _Textures(self.device) as make:
+        with Textures(self.device) as make:
             source = make.holding(light, "light")
             code = make.texture(source.size_px, "u1", "codes")
             self._encode.run(source, code, dither=dither)
@@ -225,6 +271,7 @@ class GpuRenderer:
             self._sharpen,
             self._forward,
             self._perceive,
+            self._traced,
         ):
             if step is not None:
                 step.release()
@@ -241,35 +288,3 @@ class GpuRenderer:
         trace: TracebackType | None,
     ) -> None:
         self.release()
-
-
-class _Textures:
-    """Textures of one step, released together whatever happens."""
-
-    def __init__(self, device: Device) -> None:
-        self._device = device
-        self._made: list[Texture] = []
-
-    def texture(self, size_px: tuple[int, int], kind: str, label: str) -> Texture:
-        self._made.append(Texture(self._device, size_px, kind=kind, label=label))
-        return self._made[-1]
-
-    def panel(self, rig: Rig, label: str) -> Texture:
-        return self.texture((rig.panel.width_px, rig.panel.height_px), "f4", label)
-
-    def holding(self, image: NDArray[Any], label: str) -> Texture:
-        pixels = np.ascontiguousarray(image, dtype=np.float32)
-        self._device.require_texture_size(image.shape[1], image.shape[0], label)
-        self._made.append(Texture.from_array(self._device, pixels, label=label))
-        return self._made[-1]
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for texture in self._made:
-            texture.release()
-
-
-def _rgb(texture: Texture) -> Image:
-    return np.ascontiguousarray(texture.read()[..., :3], dtype=np.float32)

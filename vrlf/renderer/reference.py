@@ -8,14 +8,17 @@ from numpy.typing import NDArray
 from vrlf.content.pictures import StereoSource
 from vrlf.model import Rig
 from vrlf.optics.fitting import FitMode
+from vrlf.optics.tracing import Tracing
 from vrlf.reference.encode import encode
 from vrlf.reference.forward import forward
 from vrlf.reference.optimal import optimal
 from vrlf.reference.prepare import prepare
 from vrlf.reference.quadrature import perceive_well
 from vrlf.reference.sharpen import sharpen
+from vrlf.reference.traced import perceive_traced
 from vrlf.renderer.steps import (
     DEFAULT_RAYS,
+    PLAIN,
     Exposure,
     Image,
     check_rays,
@@ -52,12 +55,22 @@ class ReferenceRenderer:
         return forward(wanted, rig).astype(np.float32)
 
     def perceive(
-        self, panel: Image, rig: Rig, *, rays: int = DEFAULT_RAYS, exposure: Exposure = "auto"
+        self,
+        panel: Image,
+        rig: Rig,
+        *,
+        rays: int = DEFAULT_RAYS,
+        exposure: Exposure = "auto",
+        tracing: Tracing = PLAIN,
     ) -> Image:
         """See ``Renderer.perceive``."""
         panel = checked_image(panel, rig, "panel image")
         check_rays(rays)
-        seen = perceive_well(panel.astype(np.float64), rig, rays)
+        light = panel.astype(np.float64)
+        if tracing:
+            seen = perceive_traced(light, rig, rays, tracing)
+        else:
+            seen = perceive_well(light, rig, rays)
         return (seen * exposure_factor(rig, exposure)).astype(np.float32)
 
     def encode(self, light: Image, *, dither: bool = False) -> NDArray[np.uint8]:

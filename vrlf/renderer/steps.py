@@ -14,11 +14,14 @@ from vrlf.model import Array, Prefilter, Rig
 from vrlf.optics.fitting import Fit, FitMode, fit_picture
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.samples import MAX_POINTS
+from vrlf.optics.tracing import Tracing
 from vrlf.optics.viewport import SIDES, Side, axis_in_viewport_px, viewport
 
 Image = NDArray[np.float32]
 Exposure = Literal["auto", "none"]
 DEFAULT_RAYS = 256
+# Perception by the fast quadratures.
+PLAIN = Tracing()
 # A picture more than this many times larger than its place is averaged down before the GPU
 # filters it: a kernel of a thousand taps a side would serve nobody.
 _MOST_SOURCE_PX = 8.0
@@ -34,9 +37,15 @@ class Renderer(Protocol):
         """The panel image, by the rig's own method."""
 
     def perceive(
-        self, panel: Image, rig: Rig, *, rays: int = DEFAULT_RAYS, exposure: Exposure = "auto"
+        self,
+        panel: Image,
+        rig: Rig,
+        *,
+        rays: int = DEFAULT_RAYS,
+        exposure: Exposure = "auto",
+        tracing: Tracing = PLAIN,
     ) -> Image:
-        """What both eyes see."""
+        """What both eyes see; ray by ray where ``tracing`` asks for more than thin lenses."""
 
     def encode(self, light: Image, *, dither: bool = False) -> NDArray[np.uint8]:
         """8-bit sRGB."""

@@ -25,7 +25,8 @@ from typing import Any, Self
 
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
-from vrlf.passes import Forward, ForwardTables, Perceive, PerceiveTables, Sharpen
+from vrlf.optics.lateral import forward_changes
+from vrlf.passes import Forward, Perceive, PerceiveTables, Sharpen, forward_tables
 from vrlf.passes.perceive import WHOLE, Patch
 from vrlf.renderer.making import Made, Part, Parts, advanced, at_once, making
 from vrlf.renderer.steps import Exposure, bare_rig, check_rays, exposure_factor, operator_key
@@ -278,13 +279,13 @@ class Stream:
             key: Any = (method, operator_key(rig))
             begin = partial(OptimalTables.building, self.device, rig, self._optimal.builder)
             return Part("prefilter", key, begin)
-        if method == "none" or rig.array.kind == "none":
+        if method == "none" or not forward_changes(rig):
             return Part("prefilter", "target itself", at_once(lambda: None))
         return Part("prefilter", (method, rig), partial(self._forward_pieces, rig))
 
-    def _forward_pieces(self, rig: Rig) -> Generator[None, None, ForwardTables]:
+    def _forward_pieces(self, rig: Rig) -> Generator[None, None, Any]:
         with ExitStack() as undo:
-            tables = ForwardTables(self.device, rig)
+            tables = forward_tables(self.device, rig)
             undo.callback(tables.release)
             yield
             self._forward.complete(tables)

@@ -23,6 +23,7 @@ from pyrr import Matrix44, Quaternion, Vector3
 
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
+from vrlf.optics.distortion import coefficients_of, seen_slopes
 from vrlf.optics.viewport import Side, pitch_mm, viewport
 from vrlf.units import MM_PER_M
 
@@ -97,12 +98,11 @@ def seen_frustum(rig: Rig, side: Side) -> Frustum:
     plain = panel_frustum(rig, side)
     if rig.headset.distortion is None:
         return plain
-    k1, k2 = rig.headset.distortion
-    x = np.linspace(plain.left, plain.right, _STEPS)[None, :]
-    y = np.linspace(plain.bottom, plain.top, _STEPS)[:, None]
-    r2 = x * x + y * y
-    factor = 1.0 + r2 * (k1 + r2 * k2)
-    bounds = ((x * factor).min(), (x * factor).max(), (y * factor).min(), (y * factor).max())
+    x = np.linspace(plain.left, plain.right, _STEPS)
+    y = np.linspace(plain.bottom, plain.top, _STEPS)
+    seen = seen_slopes(np.stack(np.meshgrid(x, y), axis=-1), coefficients_of(rig))
+    right, up = seen[..., 0], seen[..., 1]
+    bounds = (right.min(), right.max(), up.min(), up.max())
     return Frustum(*(float(bound) for bound in bounds))
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vrlf.gpu import Block, ComputePass, Device, Field, Texture
 from vrlf.model import Rig
 from vrlf.optics.bench import bench_of
+from vrlf.optics.distortion import coefficients_of
 from vrlf.optics.viewport import SIDES, axis_in_viewport_px, pitch_mm, viewport
 from vrlf.passes.fields import VIEWPORT_FIELDS, viewport_values
 from vrlf.scene.camera import HeadPose, head_axes
@@ -107,6 +108,6 @@ def panorama_values(rig: Rig, head: HeadPose, samples: int) -> dict[str, Any]:
         "head_right": right,
         "head_up": up,
         "head_back": back,
-        "distortion": rig.headset.distortion or (0.0, 0.0),
+        "distortion": coefficients_of(rig),
         "px_per_slope": bench_of(rig).panel_per_slope_mm / pitch_mm(rig),
     }

@@ -6,6 +6,7 @@ from math import ceil, sqrt
 
 from vrlf.gpu import Block, Canvas, ComputePass, Device, Field, Texture
 from vrlf.model import Rig
+from vrlf.optics.distortion import coefficients_of
 from vrlf.optics.viewport import SIDES, Side, viewport
 from vrlf.scene.camera import Frustum, panel_frustum, seen_frustum
 
@@ -70,7 +71,7 @@ class StereoCanvas:
                 "exposure": exposure,
                 "panel_slopes": bounds(panel_frustum(rig, side)),
                 "seen_slopes": bounds(seen_frustum(rig, side)),
-                "distortion": rig.headset.distortion or (0.0, 0.0),
+                "distortion": coefficients_of(rig),
             }
         )
         self._resolve.run(view.width_px + nobodys, view.height_px)

@@ -16,6 +16,8 @@ _KINDS = {
     "sought": "nu2",
     "product": "f2",
 }
+# Taken off P'P l, which it nearly is in the end: no half floats.
+_TOLERANT_KINDS = {"meant": "f4"}
 
 
 class Memory:
@@ -35,7 +37,8 @@ class Memory:
         size = tables.operator.size_px
         if self._pictures and self.product.size_px != size:
             self._give_back()
-        for name, kind in _KINDS.items():
+        kinds = _KINDS | (_TOLERANT_KINDS if tables.operator.is_tolerant else {})
+        for name, kind in kinds.items():
             if name not in self._pictures:
                 label = f"optimal {name}"
                 self._pictures[name] = Texture(self._device, size, kind=kind, label=label)
@@ -63,6 +66,11 @@ class Memory:
     def product(self) -> Texture:
         """Scratch: a product's result."""
         return self._pictures["product"]
+
+    @property
+    def meant(self) -> Texture:
+        """P' of the target, where the operator is a tolerant one."""
+        return self._pictures["meant"]
 
     @property
     def begun(self) -> Texture:

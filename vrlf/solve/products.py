@@ -37,9 +37,11 @@ class Products:
     def ready(self, operator: OperatorTables, *, levels: Levels | None = None) -> Product:
         """A product of this operator, to be run as often as is wanted until the next is made.
 
-        With ``levels`` what the target means there is taken off.
+        With ``levels`` what the target means there is taken off; a tolerant operator's P'P takes
+        off P' of it, so that the slope is whole.
         """
-        program = self._programs.get(operator.defines)
+        is_slope = operator.is_tolerant and levels is not None
+        program = self._programs.get({**operator.defines, "SLOPE": int(is_slope)})
         values: dict[str, Any] = {
             **operator.values,
             "subtracted": 0.0 if levels is None else 1.0,
@@ -67,10 +69,23 @@ class Product:
     program: ComputePass
     operator: OperatorTables
 
-    def run(self, which: Which, light: Texture, target: Texture, result: Texture) -> None:
-        """Write P light, or P' light; less what the target means, if levels were given."""
+    def run(
+        self,
+        which: Which,
+        light: Texture,
+        target: Texture,
+        result: Texture,
+        *,
+        reached: Texture | None = None,
+    ) -> None:
+        """Write P light, or P' light; less what the target means, if levels were given.
+
+        A tolerant operator is given P' of the target in its place, and P'1 (``reached``).
+        """
         light.bind_sampler(0)
         target.bind_sampler(1)
+        if reached is not None:
+            reached.bind_sampler(2)
         result.bind_image(0, read=False, write=True)
         self.operator.bind(which)
         self.program.run(*self.operator.size_px)

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig
-from vrlf.optics.bench import bench_of
+from vrlf.optics.bench import bench_of, widest_bend
 from vrlf.optics.eye import eye_optics
+from vrlf.optics.lateral import forward_changes
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.limits import barrier_field_mm
 from vrlf.optics.polynomial import Float
@@ -29,7 +30,7 @@ from vrlf.optics.samples import ray_tables
 from vrlf.optics.sequence import points
 from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import SIDES, pitch_mm
-from vrlf.passes.forward import Forward, ForwardTables
+from vrlf.passes.forward import Forward, forward_tables
 from vrlf.passes.perceive import Perceive
 from vrlf.passes.rays import PerceiveTables
 
@@ -152,7 +153,8 @@ def _reach_px(rig: Rig) -> tuple[int, NDArray[np.int_]]:
         spread = max(float(np.abs(p + s).max()) for p, s in zip(landing, shift, strict=True))
     else:
         shift = np.zeros((2, 2), int)
-        bend_px = lattice.bend * lattice.widest_pitch * half_cell_px(rig, lattice).max()
+        widest = lattice.widest_pitch * half_cell_px(rig, lattice).max()
+        bend_px = widest_bend(rig) * widest
         spread = max(float(np.ptp(each, axis=0).max()) for each in landing) + float(bend_px)
     return min(_MOST_REACH_PX, ceil(spread) + 2), shift
 
@@ -223,8 +225,8 @@ class _GpuChain:
         try:
             self._rays = self._own(PerceiveTables(device, rig, SPREAD_RAYS))
             self._cells = None
-            if rig.array.kind != "none":
-                self._cells = self._own(ForwardTables(device, rig))
+            if forward_changes(rig):
+                self._cells = self._own(forward_tables(device, rig))
             size = (rig.panel.width_px, rig.panel.height_px)
             self._target, self._shown, self._seen = (
                 self._own(Texture(device, size, label=f"measured {name}"))

@@ -77,18 +77,18 @@ class OptimalTables:
             undo.pop_all()
 
     def _measure(self, device: Device, products: Products) -> Generator[None, None, None]:
-        """P'1 and P'P1, a product a piece."""
+        """P'1 and P'P1, a product a piece; a tolerant table's P'P stands in P's own place."""
         with ExitStack() as undo:
             ones, seen = (self._texture(device, name, undo) for name in ("ones", "P1"))
             width, height = ones.size_px
             yield
             ones.write(np.ones((height, width, 4), np.float16))
             yield
-            work: tuple[tuple[Which, Texture, Texture], ...] = (
-                ("adjoint", ones, self.reached),
-                ("forward", ones, seen),
-                ("adjoint", seen, self.curvature),
-            )
+            work: list[tuple[Which, Texture, Texture]] = [("adjoint", ones, self.reached)]
+            if self.operator.is_tolerant:
+                work += [("forward", ones, self.curvature)]
+            else:
+                work += [("forward", ones, seen), ("adjoint", seen, self.curvature)]
             for which, light, result in work:
                 products.apply(self.operator, which, light, result)
                 yield

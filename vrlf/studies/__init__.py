@@ -10,10 +10,12 @@ eyes       what an eye makes of a point and of a letter
 eyeplot    the picture of it
 frames     how good each frame of a moving picture is, solved from the last or cold
 limits     how fast the device copies and fetches, measured
+lenslet    a picture of a lenslet's spots, MTF, field curves and colours
 plots      pictures of what speed and quality have found
 quality    how near each prefilter brings what is perceived to what it should be
 speed      how long passes and whole frames take against size and the device's limits
 steps      what bench times: passes, the making of their tables, twins
+tolerance  what a tolerance gains where things are off, and what it costs
 workloads  what speed times, and the least that each step must do
 ========== ==========================================================================
 """

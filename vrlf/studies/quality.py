@@ -19,6 +19,7 @@ from rich.table import Table
 from vrlf.errors import InputError
 from vrlf.evaluation.measure import Likeness, likeness
 from vrlf.model import Rig, rig_from_tables
+from vrlf.optics.lateral import forward_changes
 from vrlf.optics.viewport import SIDES
 from vrlf.reference.converged import Matrices, converged, converging_matrices, require_small
 from vrlf.renderer import GpuRenderer, Image, bare_rig, check_rays
@@ -201,7 +202,7 @@ def _panels(
 ) -> Iterator[tuple[str, int | None, Rig, Image]]:
     """Method, iterations, the rig to look through and the panel image, for all methods."""
     yield "none", None, bare_rig(rig), target
-    if rig.array.kind != "none":
+    if forward_changes(rig):
         yield "forward", None, rig, renderer.prefilter(target, with_method(rig, "forward"))
     sharpened = with_method(rig, "forward", wiener=True)
     yield "forward + wiener", None, rig, renderer.prefilter(target, sharpened)

@@ -15,15 +15,16 @@ from numpy.typing import NDArray
 from vrlf.gpu import Device, GpuTimer, Texture
 from vrlf.model import Rig
 from vrlf.optics.fitting import Fit, fit_picture
+from vrlf.optics.lateral import forward_changes
 from vrlf.optics.viewport import SIDES, viewport
 from vrlf.passes import (
     Encode,
     EyePicture,
     Forward,
-    ForwardTables,
     Perceive,
     PerceiveTables,
     Prepare,
+    forward_tables,
 )
 from vrlf.reference.encode import encode
 from vrlf.reference.forward import forward
@@ -133,7 +134,7 @@ def gpu_steps(passes: Passes, rig: Rig, ray_counts: Sequence[int], by: ExitStack
     eyes = pictures_on_gpu(device, rig, by)
     steps = [Step("prepare", clock, partial(passes.prepare.run, rig, eyes, target))]
     if has_forward(rig):
-        tables = kept(by, ForwardTables(device, rig))
+        tables = kept(by, forward_tables(device, rig))
         steps.append(Step("forward", clock, partial(passes.forward.run, tables, target, shown)))
     light = shown if has_forward(rig) else target
     for count, name in zip(ray_counts, ("perceive", _FEW_RAYS), strict=False):
@@ -145,8 +146,8 @@ def gpu_steps(passes: Passes, rig: Rig, ray_counts: Sequence[int], by: ExitStack
 
 
 def has_forward(rig: Rig) -> bool:
-    """Whether ``forward`` does anything; the image of a bare panel is its target."""
-    return rig.array.kind != "none"
+    """Whether ``forward`` does anything; the image of a bare panel is its target, as a rule."""
+    return forward_changes(rig)
 
 
 def _table_steps(forward: Forward, device: Device, rig: Rig, rays: int) -> list[Step]:
@@ -159,9 +160,9 @@ def _table_steps(forward: Forward, device: Device, rig: Rig, rays: int) -> list[
     return [*steps, Step("tables perceive", wall_ms, work, rays)]
 
 
-def complete_tables(forward: Forward, device: Device, rig: Rig) -> ForwardTables:
+def complete_tables(forward: Forward, device: Device, rig: Rig) -> Releasable:
     """Tables with the list of what is cut, as a first frame would find them."""
-    tables = ForwardTables(device, rig)
+    tables = forward_tables(device, rig)
     forward.complete(tables)
     return tables
 
