@@ -4,8 +4,8 @@
 // Writes: panel (linear).
 // Twin:   vrlf/reference/alignment.py.
 //
-// Defines: VARYING (include/crossings.glsl); SCREEN 0, 1 fringes along the lattice's first or second axis, 2 pitch, 3 separation;
-//          and the sizes in millimetres.
+// Defines: SCREEN 0, 1 fringes along the lattice's first or second axis, 2 pitch, 3 separation;
+//          VARYING (include/crossings.glsl); and the sizes in millimetres.
 
 #include "block/Alignment"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;

@@ -77,8 +77,8 @@ vec4 sample_at(Pixel from, vec2 place_px, int set) {
     vec2 pupil = times(pupil_radii_per_cell[from.eye], in_cell);
     if (dot(pupil, pupil) > 1.0) return vec4(0.0);  // missed the pupil
     if (barriers != 0) {
-        vec2 off = nearest_cell(from_owner(from.owner, from.owner_law, from.crossed, cell, place_px));
-        if (off != vec2(0.0)) return vec4(0.0);  // absorbed by a wall
+        vec2 off = from_owner(from.owner, from.owner_law, from.crossed, cell, place_px);
+        if (nearest_cell(off) != vec2(0.0)) return vec4(0.0);  // absorbed by a wall
     }
     return vec4(read_target(from, place_px + displacement(in_cell, set)), 1.0);
 }

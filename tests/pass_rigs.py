@@ -407,7 +407,7 @@ VARYING: dict[str, Rig] = {
         26,
         19,
         array=LENSLETS | {"pitch_growth_per_cm2": [-0.08, 0.2], "offset_um": [7000.0, -6000.0]},
-        left={"zernike": _COMA},
+        left={"zernike": _COMA, "stiles_crawford_per_mm2": 0.05},
         right={"zernike": _EIGHTH, "prism_pd": [0.6, -1.1]},
     ),
     "varying-square-holes": rig(
@@ -425,12 +425,22 @@ VARYING: dict[str, Rig] = {
         array=HOLES | _GROWING | {"aperture_shape": "circle", "barriers": "converging"},
         right={"chromatic": True},
     ),
+    # With all that may stand beside it: each colour bent and focused by itself, places of a period.
+    "varying-dispersing": rig(
+        27,
+        18,
+        panel={"subpixels": "pentile-diamond"},
+        headset={"glass": "polycarbonate", "lens_height_mm": -0.19},
+        array=_DISPERSING | _GROWING | {"barriers": "converging", "gap_index": 1.2},
+        left={"pupil_offset_mm": [0.3, -0.5]},
+        right={"chromatic": True, "cylinder_d": -1.5, "axis_deg": 70.0},
+    ),
     "varying-holes-blind": rig(
         25, 18, array=HOLES | _GROWING | {"aperture_um": 210.0}, left={"zernike": _COMA}
     ),
 }
 
-for _name in ("lenslets", "walls", "round-holes-walls", "holes-blind"):
+for _name in ("lenslets", "walls", "round-holes-walls", "holes-blind", "dispersing"):
     APART[f"varying-{_name}"] = VARYING[f"varying-{_name}"]
 for _name in ("lenslets", "walls", "leaning-walls", "round-holes-walls", "holes-blind"):
     APART[f"hexagonal-{_name}"] = HEXAGONAL[f"hexagonal-{_name}"]

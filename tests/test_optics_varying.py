@@ -194,6 +194,34 @@ def test_what_cannot_be_is_one_line(changes: dict[str, Any], line: str) -> None:
     assert problem.startswith(line)
 
 
+@pytest.mark.parametrize(
+    ("tables", "line"),
+    [
+        (
+            {"headset": {"glass": "pmma", "eye_relief_mm": 12.0}},
+            "array.pitch_growth_per_cm2: found [0.3, -0.08], wanted [0, 0] beside headset.glass "
+            "with an eye relief",
+        ),
+        (
+            {"tolerance": {"array_um": 15.0}},
+            "array.pitch_growth_per_cm2: found [0.3, -0.08], wanted [0, 0] beside [tolerance]",
+        ),
+    ],
+)
+def test_what_it_cannot_stand_beside_is_one_line(tables: dict[str, Any], line: str) -> None:
+    with pytest.raises(RigError) as caught:
+        by_hand.rig(array=ARRAY, **tables)
+    (problem,) = caught.value.problems
+    assert problem == line
+    even = ARRAY | {"pitch_growth_per_cm2": [0.0, 0.0]}
+    assert by_hand.rig(array=even, **tables).array.varies is False
+
+
+def test_beside_glass_at_the_eye_it_stands() -> None:
+    made = by_hand.rig(array=ARRAY, headset={"glass": "pmma"})
+    assert made.array.varies
+
+
 def test_without_an_array_its_growth_means_nothing() -> None:
     made = by_hand.rig(array={"kind": "none", "pitch_growth_per_cm2": [9.0, 9.0]})
     assert lattice_of(made) is None

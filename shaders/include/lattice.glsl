@@ -8,8 +8,9 @@
 // Cell coordinates are kept as a rest of at most a cell (in .xy) and a whole number (in .zw),
 // one part for the column and one for the row: 32-bit floats then lose nothing.
 //
-// Needs of the block: vec2 growth, vec2 hole_reach, float half_aperture, int round_holes, int barriers, vec4 cells_per_px,
-// vec4 px_per_cell (2x2 matrices, rows one after the other), float barrier_scale.
+// Needs of the block: vec2 growth, vec2 hole_reach, float half_aperture, int round_holes,
+// int barriers, vec4 cells_per_px, vec4 px_per_cell (2x2 matrices, rows one after the other),
+// float barrier_scale.
 // Twin: vrlf/optics/lattice.py, vrlf/optics/raster.py.
 
 vec2 times(vec4 rows, vec2 v) {
