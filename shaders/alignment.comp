@@ -5,7 +5,7 @@
 // Twin:   vrlf/reference/alignment.py.
 //
 // Defines: SCREEN 0, 1 fringes along the lattice's first or second axis, 2 pitch, 3 separation;
-//          and the sizes in millimetres.
+//          VARYING (include/crossings.glsl); and the sizes in millimetres.
 
 #include "block/Alignment"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
@@ -15,13 +15,14 @@ layout(binding = 0, rgba32f) writeonly uniform image2D panel;
 layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
 
 #include "include/viewport.glsl"
+#include "include/crossings.glsl"
 
 const float PI = 3.14159265358979;
 
 // Moire verniers, King & Berry 1972: waves a little shorter than cells in one half, longer in the
 // other. A whole number of cells changes no phase and is left out of the first term.
 float fringes(ivec2 pixel, int eye, int axis) {
-    vec4 crossed = crossings[pixel.x] + crossings[panel_px.x + pixel.y];
+    vec4 crossed = CROSSED_IN(crossings, pixel, eye);
     float from_middle = crossed[axis] + (crossed[axis + 2] - middle_cells[eye][axis]);
     ivec2 in_view = pixel - ivec2(first_column(eye), 0);
     bool is_first = axis == 0 ? in_view.y < view_px.y / 2 : in_view.x < view_px.x / 2;

@@ -21,12 +21,15 @@ layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
 #include "include/viewport.glsl"
 #include "include/period.glsl"
 #include "include/lattice.glsl"
+#include "include/crossings.glsl"
 
 struct Pixel {
     ivec2 at;
     int eye;
     vec4 crossed;  // where the ray to the pupil's centre crosses the array
     vec4 owner;
+    vec4 law;
+    vec4 owner_law;
 };
 
 // X - x in pixels for a place in a cell: two polynomials at once, by Horner's rule.
@@ -67,14 +70,15 @@ vec3 read_target(Pixel from, vec2 place) {
 
 // One sample: rgb is what it reads, a is 1 if its ray met the pupil.
 vec4 sample_at(Pixel from, vec2 place_px, int set) {
-    vec2 q = from.crossed.xy + array_from_panel * times(cells_per_px, place_px);
+    vec2 even = array_from_panel * times(cells_per_px, place_px);
+    vec2 q = from.crossed.xy + in_cells(even, from.law);
     vec2 cell = nearest_cell(q);
-    vec2 in_cell = q - cell;
+    vec2 in_cell = from_middle(q, cell, even, from.crossed, from.law);
     vec2 pupil = times(pupil_radii_per_cell[from.eye], in_cell);
     if (dot(pupil, pupil) > 1.0) return vec4(0.0);  // missed the pupil
     if (barriers != 0) {
-        vec2 off = nearest_cell(from_owner(from.owner, from.crossed, cell, place_px));
-        if (off != vec2(0.0)) return vec4(0.0);  // absorbed by a wall
+        vec2 off = from_owner(from.owner, from.owner_law, from.crossed, cell, place_px);
+        if (nearest_cell(off) != vec2(0.0)) return vec4(0.0);  // absorbed by a wall
     }
     return vec4(read_target(from, place_px + displacement(in_cell, set)), 1.0);
 }
@@ -98,8 +102,12 @@ void main() {
     int eye = eye_of(pixel.x);
     vec3 light = vec3(0.0);
     if (eye != NO_EYE) {
-        Pixel from = Pixel(pixel, eye, crossings[pixel.x] + crossings[panel_px.x + pixel.y], vec4(0.0));
-        if (barriers != 0) from.owner = owners[pixel.x] + owners[panel_px.x + pixel.y];
+        Pixel from = Pixel(pixel, eye, CROSSED_IN(crossings, pixel, eye), vec4(0.0),
+                           LAW_IN(crossings, pixel, eye), vec4(0.0));
+        if (barriers != 0) {
+            from.owner = CROSSED_IN(owners, pixel, eye);
+            from.owner_law = LAW_IN(owners, pixel, eye);
+        }
 #if RAY_SETS == 1
         light = mean_of(from, emitting[first_box(pixel)], eye);
 #else

@@ -40,8 +40,9 @@ vec3 shown(Retina at, vec2 offset, vec3 weight) {
     return vec3(0.0);
 }
 
-// Where perpendicular walls divide the panel by another measure than the chief rays, and where the
-// colours are magnified differently, a row is a pixel's own (phases_a_side is 0).
+// Where perpendicular walls divide the panel by another measure than the chief rays, where the
+// colours are magnified differently and where the pitch varies, a row is a pixel's own
+// (phases_a_side is 0).
 Retina of_pixel(int row, int colour) {
     ivec2 pixel = ivec2(first_column(eye) + row % view_px.x, row / view_px.x);
     return retina_of(pixel, eye, colour);
@@ -62,6 +63,7 @@ Retina of_phase(int row) {
     at.pixel = pixel;
     at.eye = eye;
     at.crossed = at.owner = vec4(place, 0.0, 0.0);
+    at.law = at.owner_law = vec4(1.0, 1.0, 0.0, 0.0);
 #if LATERAL
     at.lateral = vec2(0.0);
     at.side = 1.0;

@@ -54,18 +54,18 @@ vec4 landing_of(Retina at) {
 #if ARRAY == 0
     return vec4(0.0, 0.0, landed(at, rays[index].zw));
 #elif ARRAY == 1
-    vec2 q = at.crossed.xy + rays[2 * index].xy;
+    vec2 q = at.crossed.xy + in_cells(rays[2 * index].xy, at.law);
     vec2 cell = nearest_cell(q);
-    vec2 bent = BEND_OF(index) * times(px_per_cell, cell - at.crossed.xy);
+    vec2 bent = BEND_OF(index) * times(px_per_cell, evenly(cell - at.crossed.xy, at.law));
     return vec4(q - cell, landed(at, rays[2 * index + 1].xy + bent));
 #elif BY_HOLE
-    vec2 centre = at.crossed.xy + hole_seen[set].xy;
-    vec2 off = nearest_cell(centre) - centre;
+    vec2 centre = at.crossed.xy + in_cells(hole_seen[set].xy, at.law);
+    vec2 off = -from_middle(centre, nearest_cell(centre), hole_seen[set].xy, at.crossed, at.law);
     return vec4(times(hole_maps[3 * set], off) + rays[index].xy,
                 landed(at, hole_maps[3 * set + 2].xy + times(hole_maps[3 * set + 1], off)
                            + rays[index].zw));
 #else
-    vec2 q = at.crossed.xy + rays[index].xy;
+    vec2 q = at.crossed.xy + in_cells(rays[index].xy, at.law);
     return vec4(q - nearest_cell(q), landed(at, rays[index].zw));
 #endif
 }

@@ -6,7 +6,7 @@
 //
 // Defines: ARRAY 0 none, 1 lenslets, 2 holes; SETS 1 (all colours share their points) or 3;
 //          DIFFRACTION, EXACT 0 or 1; CURVED_FIRST (include/exact_lenslet.glsl);
-//          PERIOD_X, PERIOD_Y (include/period.glsl); HEXAGONAL 0.
+//          PERIOD_X, PERIOD_Y (include/period.glsl); HEXAGONAL, VARYING 0.
 
 #include "block/PerceiveTraced"
 layout(local_size_x = GROUP_PX, local_size_y = GROUP_PX) in;
@@ -68,7 +68,7 @@ float through_opening(Retina at, int index, vec2 cell, vec2 in_cell, vec2 straig
 #endif
     vec2 place = straight + times(px_per_cell, moved);
     if (barriers != 0) {
-        vec2 strayed = nearest_cell(from_owner(at.owner, at.crossed, cell, place));
+        vec2 strayed = nearest_cell(from_owner(at.owner, vec4(0.0), at.crossed, cell, place));
         if (strayed != vec2(0.0)) return 0.0;  // absorbed by a barrier
     }
     return light_at(at, place, colour);

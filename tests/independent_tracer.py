@@ -190,13 +190,30 @@ def nearest_centre(setup: Setup, place: Points) -> Points:
 
     A hexagonal lattice is two rectangular ones, 1 by root 3, one in the other's middle.
     """
-    if setup.rig.array.lattice == "square":
+    array = setup.rig.array
+    if any(array.pitch_growth_per_cm2):
+        centres = [
+            columns_centre(place[..., i], growth * (array.pitch_um / 1e4) ** 2)
+            for i, growth in enumerate(array.pitch_growth_per_cm2)
+        ]
+        return np.stack(centres, axis=-1)
+    if array.lattice == "square":
         return np.asarray(np.rint(place))
     sides = np.array([1.0, sqrt(3)])
     first = np.rint(place / sides) * sides
     second = (np.rint(place / sides - 0.5) + 0.5) * sides
     apart = [np.hypot(*np.moveaxis(place - each, -1, 0))[..., None] for each in (first, second)]
     return np.where(apart[0] <= apart[1], first, second)
+
+
+def columns_centre(place: Points, growth: float) -> Points:
+    """Of columns that stand at k (1 + growth k^2 / 3): the one whose borders enclose a place."""
+    k = np.arange(-1000, 1001)
+    standing = k * (1 + growth * k**2 / 3)
+    borders = (k - 0.5) * (1 + growth * (k - 0.5) ** 2 / 3)
+    # As far as they do not turn back.
+    rising = 1 + growth * k**2 > 0.1
+    return np.asarray(standing[rising][np.searchsorted(borders[rising], place) - 1])
 
 
 def passes_walls(setup: Setup, cell: Points, x: Points) -> Any:

@@ -376,15 +376,81 @@ HEXAGONAL: dict[str, Rig] = {
     ),
 }
 
+# Far from the lattice's middle, where the pitch is another than there and changes fast: both ways.
+_GROWING = {"pitch_growth_per_cm2": [0.3, -0.08], "offset_um": [-8000.0, 7000.0]}
+VARYING: dict[str, Rig] = {
+    "varying-lenslets": rig(
+        27,
+        19,
+        headset={"lens_height_mm": 0.23},
+        array=LENSLETS | _GROWING,
+        left={"cylinder_d": -1.5, "axis_deg": 35.0, "pupil_offset_mm": [0.4, -0.3]},
+        right={"chromatic": True},
+    ),
+    "varying-leaning-walls": rig(
+        26,
+        17,
+        panel={"subpixels": "full"},
+        headset={"eye_relief_mm": 9.0},
+        array=LENSLETS | _GROWING | {"barriers": "converging", "gap_mm": 4.2, "gap_index": 1.49},
+        left={"pupil_offset_mm": [-0.6, 0.9]},
+    ),
+    "varying-walls": rig(
+        25,
+        18,
+        panel={"subpixels": "bgr-stripe"},
+        headset={"lens_height_mm": 0.37, "eye_relief_mm": 6.0},
+        array=LENSLETS | _GROWING | {"barriers": "perpendicular"},
+        right={"pupil_offset_mm": [0.7, -0.4]},
+    ),
+    "varying-coma": rig(
+        26,
+        19,
+        array=LENSLETS | {"pitch_growth_per_cm2": [-0.08, 0.2], "offset_um": [7000.0, -6000.0]},
+        left={"zernike": _COMA, "stiles_crawford_per_mm2": 0.05},
+        right={"zernike": _EIGHTH, "prism_pd": [0.6, -1.1]},
+    ),
+    "varying-square-holes": rig(
+        27,
+        18,
+        panel={"subpixels": "full"},
+        array=HOLES | _GROWING | {"aperture_um": 190.0},
+        left={"cylinder_d": -1.5, "axis_deg": 65.0},
+        right={"pupil_offset_mm": [0.5, -0.6]},
+    ),
+    "varying-round-holes-walls": rig(
+        26,
+        17,
+        panel={"subpixels": "pentile-diamond"},
+        array=HOLES | _GROWING | {"aperture_shape": "circle", "barriers": "converging"},
+        right={"chromatic": True},
+    ),
+    # With all that may stand beside it: each colour bent and focused by itself, places of a period.
+    "varying-dispersing": rig(
+        27,
+        18,
+        panel={"subpixels": "pentile-diamond"},
+        headset={"glass": "polycarbonate", "lens_height_mm": -0.19},
+        array=_DISPERSING | _GROWING | {"barriers": "converging", "gap_index": 1.2},
+        left={"pupil_offset_mm": [0.3, -0.5]},
+        right={"chromatic": True, "cylinder_d": -1.5, "axis_deg": 70.0},
+    ),
+    "varying-holes-blind": rig(
+        25, 18, array=HOLES | _GROWING | {"aperture_um": 210.0}, left={"zernike": _COMA}
+    ),
+}
+
+for _name in ("lenslets", "walls", "round-holes-walls", "holes-blind", "dispersing"):
+    APART[f"varying-{_name}"] = VARYING[f"varying-{_name}"]
 for _name in ("lenslets", "walls", "leaning-walls", "round-holes-walls", "holes-blind"):
     APART[f"hexagonal-{_name}"] = HEXAGONAL[f"hexagonal-{_name}"]
 
-CASES = (*KNOWN, *SMALL, *HEXAGONAL)
+CASES = (*KNOWN, *SMALL, *HEXAGONAL, *VARYING)
 
 
 def case(name: str) -> tuple[Rig, NDArray[np.float32]]:
     """One of ``CASES``: the rig and a picture for it."""
-    made = SMALL.get(name, HEXAGONAL.get(name))
+    made = (SMALL | HEXAGONAL | VARYING).get(name)
     if made is not None:
         return made, picture(made)
     return known_rig(name), known_results(name)["panel"]

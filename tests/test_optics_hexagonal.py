@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import optics_by_hand as by_hand
+import pass_rigs
 import pytest
 from numpy.typing import NDArray
 
@@ -16,6 +17,7 @@ from vrlf.model import Rig
 from vrlf.optics.inspect import inspect_rig
 from vrlf.optics.lattice import Lattice, cell_coordinates, is_open, lattice_of, nearest_cell
 from vrlf.passes.fields import LATTICE_FIELDS, VIEWPORT_FIELDS, lattice_values, viewport_values
+from vrlf.renderer import GpuRenderer, bare_rig
 from vrlf.resources import shaders_dir
 
 Points = NDArray[np.float64]
@@ -163,3 +165,39 @@ def test_inspect_says_what_hexagons_change() -> None:
     changed = {"lattice", "throughput", "spatial_nyquist_per_mm"}
     assert {key for key in square if square[key] != hexagons[key]} == changed
     assert inspect_rig(by_hand.rig())["array"]["lattice"] is None
+
+
+def test_a_pupil_sees_more_hexagons_at_once() -> None:
+    """Of 4 mm before an eyebox of 2.99 mm: two neighbours of a square lattice, three of this one.
+
+    Three hexagons about a corner stand 2.99 / root 3 = 1.73 mm from it; four squares 2.11 mm.
+    """
+    for cells, count in (("square", 2), ("hexagonal", 3)):
+        eye = {"vertex_mm": 0.0, "pupil_mm": 4.0}
+        given = by_hand.rig(array=HOLES | {"lattice": cells}, left=eye, right=eye)
+        said = [each for each in inspect_rig(given)["warnings"] if "openings at once" in each]
+        assert len(said) == 1
+        assert f"through up to {count} openings at once" in said[0]
+
+
+@pytest.mark.parametrize("cells", ["square", "hexagonal"])
+def test_what_forward_shows_is_perceived(cells: str) -> None:
+    """Bars before eyes of -5 D, whose pupil of 5 mm is narrower than the eyebox of 5.98 mm."""
+    eye = {"vertex_mm": 0.0, "sphere_d": -5.0, "pupil_mm": 5.0}
+    array = pass_rigs.LENSLETS | {"lattice": cells, "rotation_deg": 23.0}
+    given = pass_rigs.rig(160, 80, array=array, left=eye, right=eye, panel={"subpixels": "full"})
+    target = np.zeros((80, 160, 3), np.float32)
+    target[:] = 0.5 + 0.4 * np.sin(np.arange(160) * 2.0 * pi / 12.0)[None, :, None]
+    inner = np.s_[20:-20, 20:60]
+    errors = {}
+    with GpuRenderer() as renderer:
+        for method, rig in (("none", bare_rig(given)), ("forward", given)):
+            shown = renderer.prefilter(target, rig)
+            seen = renderer.perceive(shown, rig, rays=256)[inner]
+            gain = float(np.sum(seen * target[inner]) / np.sum(seen**2))
+            errors[method] = float(np.sqrt(np.mean((gain * seen - target[inner]) ** 2)))
+    print(cells, errors)
+    # Measured 0.289 bare, where bars 12 pixels apart blur over 15, 0.084 through squares, 0.068
+    # through hexagons.
+    assert errors["none"] > 0.25
+    assert errors["forward"] < errors["none"] / 3.0

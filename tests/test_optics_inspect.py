@@ -253,6 +253,8 @@ def test_without_an_array_its_numbers_are_null() -> None:
         "best_pinhole_um",
         "lens_to_array_mm",
         "reduced_gap_mm",
+        "least_pitch_um",
+        "widest_pitch_um",
     }
     assert set(array.values()) == {None}
     # JSON has no NaN and no infinity: all that is there must be a number or null.

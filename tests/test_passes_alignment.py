@@ -66,6 +66,8 @@ def by_twin(rig: Rig, which: AlignmentScreen) -> NDArray[Any]:
 def test_a_screen_is_the_twins(device: Device, which: AlignmentScreen) -> None:
     rigs = [SKEW, pass_rigs.SMALL["round-holes-moved"]]
     rigs.append(altered(SKEW, {"array": {"lattice": "hexagonal"}}))
+    growing = {"rotation_deg": 0.0, "pitch_growth_per_cm2": [0.3, -0.05]}
+    rigs.append(altered(SKEW, {"array": growing}))
     if which in ("pitch", "separation"):
         rigs.append(load_rig("bare", overrides=["panel.width_px=233", "panel.pixel_pitch_um=1500"]))
     for rig in rigs:

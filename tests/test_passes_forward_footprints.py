@@ -134,7 +134,7 @@ def test_fast_and_plain_show_the_same(device: Device, name: str, grid: int) -> N
     hold_same(fast(device, rig, target), plain(device, rig, target))
 
 
-OTHERS = pass_rigs.SMALL | pass_rigs.HEXAGONAL
+OTHERS = pass_rigs.SMALL | pass_rigs.HEXAGONAL | pass_rigs.VARYING
 
 
 @pytest.mark.parametrize(
@@ -145,6 +145,8 @@ OTHERS = pass_rigs.SMALL | pass_rigs.HEXAGONAL
         "focused-lenslets",
         "hexagonal-lenslets",
         "hexagonal-walls",
+        "varying-lenslets",
+        "varying-walls",
     ],
 )
 def test_fast_and_plain_show_the_same_of_the_other_rigs(device: Device, name: str) -> None:

@@ -58,6 +58,7 @@ RIGS: dict[str, Rig] = (
         name: pass_rigs.HEXAGONAL[name]
         for name in ("hexagonal-lenslets", "hexagonal-walls", "hexagonal-square-holes")
     }
+    | {name: pass_rigs.VARYING[name] for name in ("varying-lenslets", "varying-square-holes")}
     | {
         # Each pixel sees some 180 others through several lenslets: read by the nearest phase.
         "spread": pass_rigs.rig(
@@ -88,6 +89,8 @@ RIGS: dict[str, Rig] = (
 # 4.3 becomes 2.6 % behind holes.
 PERCEIVED_WITHIN = {
     "one-chromatic-eye": 0.045,
+    "hexagonal-lenslets": 0.045,
+    "varying-lenslets": 0.045,
     "coma-lenslets": 0.045,
     "round-holes-moved": 0.04,
     "diamonds-lenslets": 0.06,
@@ -186,7 +189,7 @@ def test_the_adjoint_is_the_adjoint(case: tuple[str, Products]) -> None:
         assert back == pytest.approx(there, rel=0.012)
 
 
-WALLED = ("bgr-walls", "rgb-walls-turned", "rgbg-walls")
+WALLED = ("bgr-walls", "rgb-walls-turned", "rgbg-walls", "hexagonal-walls", "varying-lenslets")
 
 
 @pytest.mark.parametrize("name", WALLED)

@@ -168,7 +168,8 @@ def begun(rig: Rig, side: Side, rays: int, point: int, got: Light) -> tuple[Ligh
         return points.from_centre_mm[index], within_mm, got
     if kind == "lines":
         lines = stretches(rig, optics, 0, rays, "all")
-        return lines.from_centre_mm[point, 0], lines.within_pixel_mm[point, 0], got
+        begin_mm = optics.weighed(lines.from_centre_mm[point, 0])
+        return begin_mm, lines.within_pixel_mm[point, 0], got
     lattice = lattice_of(rig)
     assert lattice is not None
     both = [hole_points(rig, lattice, eye_optics(rig, each), rays, "all") for each in SIDES]

@@ -153,6 +153,16 @@ def test_each_colour_is_spread_by_its_own_wavelength(device: Device) -> None:
         (pass_rigs.SMALL["glass-lenslets-walls"], DIFFRACTION, "headset.glass: found "),
         (pass_rigs.HEXAGONAL["hexagonal-lenslets"], EXACT, 'array.lattice: found "hexagonal"'),
         (
+            pass_rigs.VARYING["varying-lenslets"],
+            EXACT,
+            "array.pitch_growth_per_cm2: found [0.3, -0.08], wanted [0, 0] for rays traced one by",
+        ),
+        (
+            pass_rigs.VARYING["varying-square-holes"],
+            DIFFRACTION,
+            "array.pitch_growth_per_cm2: found [0.3, -0.08], wanted [0, 0] for rays traced one by",
+        ),
+        (
             pass_rigs.rig(
                 40,
                 20,

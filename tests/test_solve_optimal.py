@@ -20,7 +20,7 @@ from scipy import optimize, sparse
 
 from vrlf.gpu import Device, Texture
 from vrlf.images import resize_area, srgb_decode
-from vrlf.model import Rig, load_rig
+from vrlf.model import Rig, load_rig, rig_from_tables
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.viewport import viewport
 from vrlf.passes import phases
@@ -532,3 +532,41 @@ def test_tables_are_made_a_piece_at_a_time(renderer: GpuRenderer) -> None:
         assert renderer.device.live_objects == before
     at_once.release()
     solver.release()
+
+
+# Lattices of other kinds.
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"lattice": "hexagonal"},
+        {
+            "rotation_deg": 0.0,
+            "pitch_growth_per_cm2": [0.15, -0.06],
+            "offset_um": [-8000.0, 7000.0],
+        },
+    ],
+    ids=["hexagonal", "varying"],
+)
+def test_it_is_better_than_forward_on_other_lattices(
+    renderer: GpuRenderer, target: Light, changed: dict[str, Any]
+) -> None:
+    """Judged by the tests' own tracer, which finds its cells in another way."""
+    tables = PHOTO_RIG.model_dump(mode="json", by_alias=True)
+    tables["array"] |= changed
+    rig = rig_from_tables(tables)
+    renderer.device.make_current()
+    psnr_db = {}
+    for method, given in (("forward", rig), ("optimal", optimally(rig))):
+        shown = renderer.prefilter(target, given)
+        seen = tracer.perceived(shown, rig, 256, seed=3)
+        errors = []
+        for first in (0, 40):
+            part = np.s_[BORDER:-BORDER, first + BORDER : first + 40 - BORDER]
+            gain = np.sum(seen[part] * target[part]) / np.sum(seen[part] ** 2)
+            errors.append(np.mean((gain * seen[part] - target[part]) ** 2))
+        psnr_db[method] = -10.0 * np.log10(max(errors))
+    print(psnr_db)
+    # Measured 6.0 and 5.1 dB better.
+    assert psnr_db["optimal"] > psnr_db["forward"] + 4.0

@@ -7,6 +7,7 @@ from typing import Final
 
 MM_PER_M: Final = 1000.0
 UM_PER_MM: Final = 1000.0
+MM2_PER_CM2: Final = 100.0
 NM_PER_UM: Final = 1000.0
 NM_PER_MM: Final = 1.0e6
 

@@ -18,6 +18,8 @@ struct Pixel {
     int eye;
     vec4 crossed;  // where the ray to the pupil's centre crosses the array
     vec4 owner;    // the same for the barriers
+    vec4 law;        // how the pitch varies from the crossing on
+    vec4 owner_law;  // and from the owner
 #if LATERAL
     int colour;    // whose ray that is
     vec2 lateral;  // how far its magnification moves the pixel's centre in the target
@@ -29,10 +31,12 @@ Pixel pixel_at(ivec2 at, int eye) {
     Pixel from;
     from.at = at;
     from.eye = eye;
-    from.crossed = crossing_of(held, 0);
-    from.owner = vec4(0.0);
+    from.crossed = crossing_of(held, eye, 0);
+    from.law = LAW_IN(crossings, held, eye);
+    from.owner = from.owner_law = vec4(0.0);
 #if WALLS
-    from.owner = owners[held.x] + owners[panel_px.x + held.y];
+    from.owner = CROSSED_IN(owners, held, eye);
+    from.owner_law = LAW_IN(owners, held, eye);
 #endif
 #if LATERAL
     from.colour = 0;
@@ -45,7 +49,7 @@ Pixel pixel_at(ivec2 at, int eye) {
 Pixel in_colour(Pixel from, int colour) {
 #if LATERAL
     ivec2 held = min(from.at, panel_px - 1);
-    from.crossed = crossing_of(held, colour);
+    from.crossed = crossing_of(held, from.eye, colour);
     from.colour = colour;
     from.lateral = lateral_of(held, from.eye, colour);
 #endif
@@ -113,13 +117,14 @@ Ray ray_at(Pixel from, vec2 place, int set) {
     vec2 seen = place;
     int pupil_map = ray_set(from.eye, 0);  // the same for all colours
 #endif
-    vec2 q = from.crossed.xy + crossing * times(cells_per_px, place);
+    vec2 even = crossing * times(cells_per_px, place);
+    vec2 q = from.crossed.xy + in_cells(even, from.law);
     vec2 cell = nearest_cell(q);
-    vec2 in_cell = q - cell;
+    vec2 in_cell = from_middle(q, cell, even, from.crossed, from.law);
     vec2 pupil = times(pupil_radii_per_cell[pupil_map], in_cell);
     bool met = dot(pupil, pupil) <= 1.0;
 #if WALLS
-    vec2 off = nearest_cell(from_owner(from.owner, from.crossed, cell, place));
+    vec2 off = nearest_cell(from_owner(from.owner, from.owner_law, from.crossed, cell, place));
     met = met && off == vec2(0.0);  // else absorbed by a wall
 #endif
     return Ray(cell, met, seen + displacement(in_cell, set));

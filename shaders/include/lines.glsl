@@ -78,9 +78,15 @@ vec3 emission_along(vec2 from, vec2 inverse_step, float low, float high, vec2 co
 // Where the stretch, landing from `place` on, stays in the area that barriers leave to a cell.
 vec2 between_walls(Retina at, vec2 cell, vec2 place, vec2 landing_step) {
     if (barriers == 0) return vec2(0.0, 1.0);
-    BORDERS owned = along_normals(from_owner(at.owner, at.crossed, cell, place));
     BORDERS step = moving(along_normals(barrier_scale * times(cells_per_px, landing_step)));
+#if VARYING
+    vec2 middle = cell - (at.owner.zw - at.crossed.zw) - at.owner.xy;
+    vec2 low = evenly(middle - 0.5, at.owner_law), high = evenly(middle + 0.5, at.owner_law);
+    return inside(low, high, barrier_scale * times(cells_per_px, place), 1.0 / step);
+#else
+    BORDERS owned = along_normals(from_owner(at.owner, at.owner_law, at.crossed, cell, place));
     return inside(BORDERS(-0.5), BORDERS(0.5), owned, 1.0 / step);
+#endif
 }
 
 // Which of two borders comes first, as a step across it.
@@ -88,22 +94,41 @@ vec2 across(vec2 until, vec2 toward) {
     return until.x <= until.y ? vec2(toward.x, 0.0) : vec2(0.0, toward.y);
 }
 
+// Where the stretch meets the borders of a cell that lie ahead.
+BORDERS until_borders(Retina at, vec2 cell, BORDERS toward, BORDERS start, BORDERS inverse) {
+#if VARYING
+    return (evenly(cell + 0.5 * toward - at.crossed.xy, at.law) - start) * inverse;
+#else
+    return (along_normals(cell) + 0.5 * toward - start) * inverse;
+#endif
+}
+
+// Where a stretch that begins at `landing` lands behind a cell.
+vec2 behind(Retina at, int index, vec2 cell, vec2 landing) {
+    return landing + BEND_OF(index) * times(px_per_cell, evenly(cell - at.crossed.xy, at.law));
+}
+
 vec3 along(Retina at, int index) {
-    vec2 q = at.crossed.xy + rays[2 * index].xy;
-    BORDERS start = along_normals(q), q_step = moving(along_normals(rays[2 * index].zw));
+    vec2 q = at.crossed.xy + in_cells(rays[2 * index].xy, at.law);
+    BORDERS q_step = moving(along_normals(rays[2 * index].zw));
+#if VARYING
+    vec2 start = rays[2 * index].xy;
+#else
+    BORDERS start = along_normals(q);
+#endif
     vec2 landing = landed(at, rays[2 * index + 1].xy);
     vec2 landing_step = moving(rays[2 * index + 1].zw);
     BORDERS q_inverse = 1.0 / q_step, q_toward = sign(q_step);
     vec2 landing_inverse = 1.0 / landing_step, landing_toward = sign(landing_step);
 
     vec2 cell = nearest_cell(q);
-    vec2 place = landing + BEND_OF(index) * times(px_per_cell, cell - at.crossed.xy);
+    vec2 place = behind(at, index, cell, landing);
     vec2 pixel = floor(place + 0.5);
     vec2 walls = between_walls(at, cell, place, landing_step);
     float from = 0.0;
     vec3 total = vec3(0.0);
     for (int piece = 0; piece < most_pieces; piece++) {
-        BORDERS until_border = (along_normals(cell) + 0.5 * q_toward - start) * q_inverse;
+        BORDERS until_border = until_borders(at, cell, q_toward, start, q_inverse);
         vec2 until_edge = (pixel + 0.5 * landing_toward - place) * landing_inverse;
         float border = first_of(until_border), edge = first_of(until_edge);
         float to = min(min(border, edge), 1.0);
@@ -115,7 +140,7 @@ vec3 along(Retina at, int index) {
         from = max(from, to);
         if (border <= edge) {
             cell += across(until_border, q_toward);
-            place = landing + BEND_OF(index) * times(px_per_cell, cell - at.crossed.xy);
+            place = behind(at, index, cell, landing);
             pixel = floor(place + from * landing_step + 0.5);
             walls = between_walls(at, cell, place, landing_step);
         } else {

@@ -7,7 +7,7 @@
 //
 // Needs of the block: RAY_FIELDS of vrlf/passes/rays.py; of the shader: the buffers rays,
 // within, bin_starts, crossings and owners, viewport.glsl, subpixels.glsl, lattice.glsl, and the
-// defines ARRAY, COLOURS, BY_HOLE, LATERAL.
+// defines ARRAY, COLOURS, BY_HOLE, LATERAL, VARYING.
 // Twins: vrlf/reference/perceive.py for points, vrlf/reference/quadrature.py for the rest.
 // Derivation: vrlf/optics/samples.py, vrlf/optics/quadrature.py.
 
@@ -18,6 +18,8 @@ struct Retina {
     int eye;
     vec4 crossed;  // where its chief ray crosses the array
     vec4 owner;    // the same for the barriers
+    vec4 law;        // how the pitch varies from the crossing on
+    vec4 owner_law;  // and from the owner
 #if LATERAL
     vec2 lateral;  // how far from the pixel its colour lands, in pixels
     float side;    // of the retinal pixel's image on a bare panel
@@ -29,10 +31,14 @@ Retina retina_of(ivec2 pixel, int eye, int colour) {
     Retina at;
     at.pixel = pixel;
     at.eye = eye;
-    at.crossed = at.owner = vec4(0.0);
+    at.crossed = at.owner = at.law = at.owner_law = vec4(0.0);
 #if ARRAY != 0
-    at.crossed = crossing_of(pixel, colour);
-    if (barriers != 0) at.owner = owners[pixel.x] + owners[panel_px.x + pixel.y];
+    at.crossed = crossing_of(pixel, eye, colour);
+    at.law = LAW_IN(crossings, pixel, eye);
+    if (barriers != 0) {
+        at.owner = CROSSED_IN(owners, pixel, eye);
+        at.owner_law = LAW_IN(owners, pixel, eye);
+    }
 #endif
 #if LATERAL
     at.lateral = lateral_of(pixel, eye, colour);

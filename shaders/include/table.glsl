@@ -1,9 +1,9 @@
 // Rows of a tabulated operator: by phase, or one for each pixel.
 //
 // A phase is a place in a cell; the nearest of those that were sampled is read. Each place of a
-// layout's period has phases of its own. Where perpendicular walls stand, each pixel has a row of
-// its own. An entry is an offset to another
-// pixel, right and down, and how much of it is seen in each colour; entries are read in pairs.
+// layout's period has phases of its own. Behind perpendicular walls, a pitch that varies and a lens
+// with lateral colour each pixel has a row of its own. An entry is an offset to another pixel, right
+// and down, and how much of it is seen in each colour; entries are read in pairs.
 //
 // Defines: PER_PIXEL 1 where each pixel has its row; PERIOD_X, PERIOD_Y (include/period.glsl).
 // Needs: viewport.glsl, of the block: ivec2 phases (a side of a cell, for each eye).

@@ -19,7 +19,7 @@ def inspection(rig: Rig, numbers: Numbers) -> str:
         _display(rig, numbers),
         _eye(rig, "Left eye", numbers["left"], numbers["display"]),
         _eye(rig, "Right eye", numbers["right"], numbers["display"]),
-        _array(rig, numbers),
+        _array(numbers),
     ]
     if numbers["warnings"]:
         parts.append("\n".join(["Take note", *(f"  - {text}" for text in numbers["warnings"])]))
@@ -163,7 +163,12 @@ def _verdict(blur_px: float, corrected_px: float) -> str:
     return "this array helps, but leaves a blur"
 
 
-def _array(rig: Rig, numbers: Numbers) -> str:
+def _pitch(array: Numbers) -> str:
+    least, widest = array["least_pitch_um"], array["widest_pitch_um"]
+    return f"{least:g}" if least == widest else f"{least:.4g} to {widest:.4g}"
+
+
+def _array(numbers: Numbers) -> str:
     array = numbers["array"]
     if array["kind"] == "none":
         return "Array\n  none: the bare panel"
@@ -172,7 +177,7 @@ def _array(rig: Rig, numbers: Numbers) -> str:
     return "\n".join(
         [
             "Array",
-            f"  {kind:<15} every {rig.array.pitch_um:g} um{lattice}, {array['views']:.1f} pixels, "
+            f"  {kind:<15} every {_pitch(array)} um{lattice}, {array['views']:.1f} pixels, "
             f"{array['lens_to_array_mm']:.1f} mm behind the lens",
             f"  light left      {100.0 * array['throughput']:.1f} %",
             f"  eyebox          {array['eyebox_mm']:.2f} mm (pupils: "

@@ -36,7 +36,16 @@ from __future__ import annotations
 from vrlf.model.cardboard import FieldOfView, ViewerProfile, read_profile
 from vrlf.model.cardboard_rig import headset_table, rig_text_of_profile, viewer_name
 from vrlf.model.eye import Camera, Eye
-from vrlf.model.hardware import Array, Headset, Panel, Primaries, focal_mm, lens_power_d
+from vrlf.model.hardware import (
+    LEAST_PITCH,
+    MOST_PITCH,
+    Array,
+    Headset,
+    Panel,
+    Primaries,
+    focal_mm,
+    lens_power_d,
+)
 from vrlf.model.layouts import SubpixelLayout, layout_names, subpixel_layout
 from vrlf.model.lenslet import Lenslet
 from vrlf.model.prescription import parse_prescription, prescription_text
@@ -48,6 +57,8 @@ from vrlf.model.zernike import Zernike
 
 __all__ = [
     "DEFAULT_RIG",
+    "LEAST_PITCH",
+    "MOST_PITCH",
     "Array",
     "Camera",
     "Eye",

@@ -13,6 +13,10 @@ from vrlf.model.layouts import layout_names, names_wanted
 from vrlf.model.lenslet import Lenslet, design_power_per_mm
 from vrlf.units import MM_PER_M
 
+# A pitch that varies stays between these shares of the middle one: less would turn back.
+LEAST_PITCH: Final = 0.5
+MOST_PITCH: Final = 2.0
+
 ArrayKind = Literal["microlens", "pinhole", "none"]
 
 # A focal length that is given beside a lenslet's surfaces may be rounded to three digits.
@@ -34,6 +38,7 @@ _Wavelength = Annotated[float, between(380.0, 780.0)]
 _Unit = Annotated[float, between(0.0, 1.0)]
 _Chromaticity = Annotated[tuple[_Unit, _Unit], FromList]
 _Distortion = Annotated[float, between(-100.0, 100.0)]
+_Growth = Annotated[float, between(-10.0, 10.0)]
 _Offset = Annotated[float, between(-1_000_000.0, 1_000_000.0)]
 
 
@@ -168,6 +173,10 @@ class Array(BaseModel):
         Turn of the lattice, anticlockwise as the wearer sees it.
     barriers : {"none", "perpendicular", "converging"}
         Walls between the cells.
+    pitch_growth_per_cm2 : (float, float)
+        Of columns and of rows: column k stands t (1 + G t^2 / 3) from the lattice's middle, with
+        t = k pitch, so that there the pitch is (1 + G t^2) as wide. Borders stand half-way in k.
+        Square lattices that are not turned only.
     """
 
     model_config = GIVEN
@@ -185,6 +194,12 @@ class Array(BaseModel):
     offset_um: Annotated[tuple[_Offset, _Offset], FromList] = (0.0, 0.0)
     rotation_deg: Annotated[float, between(-360.0, 360.0)] = 0.0
     barriers: Literal["none", "perpendicular", "converging"] = "none"
+    pitch_growth_per_cm2: Annotated[tuple[_Growth, _Growth], FromList] = (0.0, 0.0)
+
+    @property
+    def varies(self) -> bool:
+        """Whether the pitch does, over the panel."""
+        return self.kind != "none" and self.pitch_growth_per_cm2 != (0.0, 0.0)
 
     @field_validator(*_NEEDED, mode="after")
     @classmethod
@@ -200,6 +215,18 @@ class Array(BaseModel):
         if kind in kinds and not least <= value <= most:
             raise refusal(f'a number from {least:g} to {most:g} for kind "{kind}"')
         return value
+
+    @field_validator("pitch_growth_per_cm2", mode="after")
+    @classmethod
+    def _grows_along_the_panel(
+        cls, growth: tuple[float, float], info: ValidationInfo
+    ) -> tuple[float, float]:
+        given = info.data
+        if given.get("kind") == "none" or growth == (0.0, 0.0):
+            return growth
+        if given.get("lattice") == "hexagonal" or given.get("rotation_deg") != 0.0:
+            raise refusal("[0, 0] unless the lattice is square and rotation_deg 0")
+        return growth
 
     @field_validator("aperture_um", mode="after")
     @classmethod

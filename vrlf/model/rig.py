@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 from vrlf.model.eye import Eye
 from vrlf.model.fields import GIVEN, above, between, refusal
 from vrlf.model.glasses import glasses
-from vrlf.model.hardware import Array, Headset, Panel, lens_power_d
+from vrlf.model.hardware import LEAST_PITCH, MOST_PITCH, Array, Headset, Panel, lens_power_d
 from vrlf.model.lenslet import faces
 from vrlf.model.tolerance import Tolerance
-from vrlf.units import MM_PER_M, NM_PER_UM
+from vrlf.units import MM2_PER_CM2, MM_PER_M, NM_PER_UM, UM_PER_MM
+
+# Slanted rays that meet the panel cross the array up to so far beside it.
+_BEYOND_MM: Final = 10.0
 
 
 class Prefilter(BaseModel):
@@ -85,10 +88,16 @@ class Rig(BaseModel):
     def _not_behind_walls(
         cls, tolerance: Tolerance | None, info: ValidationInfo
     ) -> Tolerance | None:
-        """Behind perpendicular walls each pixel has a row, and no room for many rigs' rows."""
+        """Behind perpendicular walls and a pitch that varies each pixel has a row of its own.
+
+        There is no room for many rigs' rows.
+        """
         array = info.data.get("array")
-        walled = array is not None and array.kind != "none" and array.barriers == "perpendicular"
-        if tolerance is not None and walled:
+        if tolerance is None or array is None or array.kind == "none":
+            return tolerance
+        if array.varies:
+            raise _even_pitch_wanted(array, "[tolerance]")
+        if array.barriers == "perpendicular":
             raise refusal(
                 'barriers "converging" or "none" beside [tolerance]',
                 key="array.barriers",
@@ -111,7 +120,11 @@ class Rig(BaseModel):
         if headset is not None:
             _check_array_between_lens_and_panel(headset, array)
             _check_relief(headset, array)
+            if headset.glass is not None and headset.eye_relief_mm > 0.0 and array.varies:
+                raise _even_pitch_wanted(array, "headset.glass with an eye relief")
         panel = info.data.get("panel")
+        if panel is not None:
+            _check_pitches(panel, array)
         if panel is not None and array.kind == "microlens" and array.lenslet is not None:
             names = [face.glass for face in faces(array.lenslet) if face.glass in glasses()]
             for name in dict.fromkeys(names):
@@ -135,6 +148,61 @@ def _check_array_between_lens_and_panel(headset: Headset, array: Array) -> None:
             f"less than headset.lens_to_panel_mm, {headset.lens_to_panel_mm:g}",
             key="array.gap_mm",
         )
+
+
+def pitch_shares(panel: Panel, array: Array) -> tuple[float, float]:
+    """The least and the widest pitch anywhere over the panel, in pitches of the lattice's middle.
+
+    ``_BEYOND_MM`` farther out too, for rays that come in from beside the panel.
+    """
+    shares = [1.0]
+    sizes = panel.width_px, panel.height_px
+    for growth, size_px, offset_um in zip(
+        array.pitch_growth_per_cm2, sizes, array.offset_um, strict=True
+    ):
+        half_mm = size_px * panel.pixel_pitch_um / UM_PER_MM / 2.0
+        reach_mm = half_mm + abs(offset_um) / UM_PER_MM + _BEYOND_MM
+        pitch = 1.0 + growth / MM2_PER_CM2 * _before_growth_mm(growth, reach_mm) ** 2
+        shares.append(max(pitch, 0.0))
+    return min(shares), max(shares)
+
+
+def _before_growth_mm(growth_per_cm2: float, place_mm: float) -> float:
+    """t of t (1 + G t^2 / 3) = place, as far as the pitch does not fall below none."""
+    growth, t_mm = growth_per_cm2 / MM2_PER_CM2, place_mm
+    for _ in range(60):
+        slope = 1.0 + growth * t_mm**2
+        if slope <= 0.0:
+            return t_mm
+        t_mm -= (t_mm * (1.0 + growth * t_mm**2 / 3.0) - place_mm) / slope
+    return t_mm
+
+
+def _check_pitches(panel: Panel, array: Array) -> None:
+    """Refuse pitches that vary by more than rays can be followed through."""
+    if not array.varies:
+        return
+    least, most = pitch_shares(panel, array)
+    if least < LEAST_PITCH or most > MOST_PITCH:
+        raise refusal(
+            f"pitches from {LEAST_PITCH:g} to {MOST_PITCH:g} times the middle one, up to "
+            f"{_BEYOND_MM:g} mm beside the panel",
+            key="array.pitch_growth_per_cm2",
+            found=f"{list(array.pitch_growth_per_cm2)}, with pitches from {least:.3g} to "
+            f"{most:.3g} times the middle one",
+        )
+    if array.kind == "pinhole" and array.aperture_um > least * array.pitch_um:
+        raise refusal(
+            f"at most the least pitch of {least * array.pitch_um:.4g} um", key="array.aperture_um"
+        )
+
+
+def _even_pitch_wanted(array: Array, beside: str) -> Exception:
+    return refusal(
+        f"[0, 0] beside {beside}",
+        key="array.pitch_growth_per_cm2",
+        found=str(list(array.pitch_growth_per_cm2)),
+    )
 
 
 def _check_relief(headset: Headset, array: Array) -> None:

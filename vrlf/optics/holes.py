@@ -108,5 +108,5 @@ def hole_table(rig: Rig, optics: EyeOptics, colour: int, points: Float) -> HoleT
         pupil_from_cells=pupil_from_cells,
         px_from_cells=psi @ pupil_from_cells,
         reach_cells=_reach_cells(maps, phi),
-        share=lattice.throughput / image_cells(rig, lattice, optics, colour),
+        share=lattice.opening / image_cells(rig, lattice, optics, colour),
     )

@@ -1,7 +1,8 @@
 """The inverse map of the forward prefilter, reduced to a place in a cell.
 
 A panel point x whose ray to the pupil's centre crosses the array at the place t of a cell
-(in cells, from the centre c of the lenslet) reaches the pupil through c at
+(in pitches of the lattice's middle, from the centre c of the lenslet) reaches the pupil through
+c at
 
     u - o = -(m / g) P t                                     P: millimetres per cell
 

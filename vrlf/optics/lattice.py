@@ -11,6 +11,13 @@ area in square pitches. A cell holds what is nearer to its centre than to any ot
 a_k the upright steps to its neighbours, |a_k| = 1, that is |a_k . S p| <= 1/2. The rows of a_k S
 (``normals``) are (1, 0), (0, 1) on the square lattice, and (1, 1/2), (1/2, 1), (-1/2, 1/2) on the
 hexagonal one, whose cells are hexagons (Conway & Sloane 1999, chapter 4.2, the lattice A2).
+
+A square lattice's pitch may vary along its axes. There are two measures then: *even* places n, in
+pitches of its middle, in which rays are as straight as everywhere, and cell coordinates q, with
+
+    n = q (1 + G q^2 / 3),
+
+each axis by itself (``growth``). Elsewhere n is q.
 """
 
 from __future__ import annotations
@@ -22,10 +29,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from vrlf.model import Rig
+from vrlf.model import LEAST_PITCH, MOST_PITCH, Rig
 from vrlf.optics.bench import bench_of
 from vrlf.optics.polynomial import Float
-from vrlf.units import UM_PER_MM
+from vrlf.units import MM2_PER_CM2, UM_PER_MM
 
 # Rows of a hexagonal lattice lie closer than its cells in a row.
 ROW_PITCHES: Final = sqrt(3.0) / 2.0
@@ -45,9 +52,13 @@ class Lattice:
     kind : "microlens" or "pinhole"
     is_hexagonal : bool
     pitch_mm : float
-        From a cell's centre to those of its neighbours.
+        From a cell's centre to those of its neighbours, in the lattice's middle.
     cell_from_panel : ndarray (2, 2)
-        Cells per millimetre, panel frame to cell coordinates.
+        Cells per millimetre, panel frame to even places.
+    growth : ndarray (2,)
+        G of both axes, per square cell; 0 where the pitch is the same everywhere.
+    density : float
+        Cells over the panel, by how many there would be if the pitch were the middle one.
     origin_mm : ndarray (2,)
         Centre of cell (0, 0), panel frame.
     half_aperture : float
@@ -69,10 +80,27 @@ class Lattice:
     round_holes: bool
     barriers: str
     barrier_scale: float
+    growth: Float
+    density: float
+
+    @property
+    def is_varying(self) -> bool:
+        """Whether its pitch varies."""
+        return bool(np.any(self.growth != 0.0))
+
+    @property
+    def least_pitch(self) -> float:
+        """No pitch is narrower, in pitches of the middle."""
+        return LEAST_PITCH if self.is_varying else 1.0
+
+    @property
+    def widest_pitch(self) -> float:
+        """No pitch is wider, in pitches of the middle."""
+        return MOST_PITCH if self.is_varying else 1.0
 
     @property
     def panel_from_cell(self) -> Float:
-        """Millimetres per cell, shape (2, 2)."""
+        """Millimetres per even cell, shape (2, 2)."""
         return np.asarray(np.linalg.inv(self.cell_from_panel))
 
     @property
@@ -106,7 +134,12 @@ class Lattice:
 
     @property
     def throughput(self) -> float:
-        """The open fraction of the array."""
+        """The open fraction of the array before the panel."""
+        return 1.0 if np.isinf(self.half_aperture) else self.opening * self.density
+
+    @property
+    def opening(self) -> float:
+        """The open fraction of a cell in the lattice's middle."""
         if np.isinf(self.half_aperture):
             return 1.0
         side = 2.0 * self.half_aperture
@@ -128,7 +161,7 @@ class Lattice:
         """
         if self.is_hexagonal:
             return np.asarray(2.0 * np.abs(moved @ self.normals.T).max(axis=-1))
-        return self.mean_borders(moved)
+        return self.mean_borders(moved) / self.least_pitch
 
 
 def lattice_of(rig: Rig) -> Lattice | None:
@@ -143,6 +176,7 @@ def lattice_of(rig: Rig) -> Lattice | None:
     # The inverse of an anticlockwise turn.
     upright = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     pinhole = array.kind == "pinhole"
+    growth = np.array(array.pitch_growth_per_cm2) / MM2_PER_CM2 * pitch_mm**2
     return Lattice(
         kind=array.kind,
         is_hexagonal=is_hexagonal,
@@ -153,12 +187,63 @@ def lattice_of(rig: Rig) -> Lattice | None:
         round_holes=pinhole and array.aperture_shape == "circle",
         barriers=array.barriers,
         barrier_scale=bench.array_from_panel if array.barriers == "converging" else 1.0,
+        growth=growth,
+        density=_density(rig, growth),
     )
+
+
+def _density(rig: Rig, growth: Float) -> float:
+    """Mean over the panel: how many cells there are along it, each way."""
+    if not np.any(growth):
+        return 1.0
+    ends = _ends(rig)
+    counts = np.diff(ungrown(growth, ends), axis=0) / np.diff(ends, axis=0)
+    return float(np.prod(counts))
+
+
+def _ends(rig: Rig) -> Float:
+    """The panel's ends as even places: left and lower, right and upper; (2, 2)."""
+    sizes = np.array([rig.panel.width_px, rig.panel.height_px]) * rig.panel.pixel_pitch_um
+    from_middle_um = np.array([[-0.5], [0.5]]) * sizes - np.array(rig.array.offset_um)
+    return np.asarray(from_middle_um / rig.array.pitch_um)
+
+
+def pitches_over(rig: Rig, lattice: Lattice) -> tuple[float, float]:
+    """The least and the widest pitch over the panel, in those of the lattice's middle."""
+    if not lattice.is_varying:
+        return 1.0, 1.0
+    q = ungrown(lattice.growth, _ends(rig))
+    nearest = np.clip(0.0, q[0], q[1])
+    pitches = 1.0 + lattice.growth * np.stack([q[0], nearest, q[1]]) ** 2
+    return float(pitches.min()), float(pitches.max())
+
+
+def grown(growth: Float, q: Float) -> Float:
+    """Even places n of cell coordinates q; (..., 2) each."""
+    return np.asarray(q * (1.0 + growth * q**2 / 3.0))
+
+
+def ungrown(growth: Float, n: Float) -> Float:
+    """Cell coordinates of even places, by Newton's steps, that never pass the root.
+
+    Where a pitch would be less than a tenth (far beside any panel), whatever they come to.
+    """
+    q = n
+    for _ in range(12):
+        q = q - (grown(growth, q) - n) / np.maximum(1.0 + growth * q**2, 0.1)
+    return np.asarray(q)
 
 
 def cell_coordinates(lattice: Lattice, panel_frame_mm: Float) -> Float:
     """q of points in the panel's frame; shape (..., 2) in and out."""
-    return np.asarray((panel_frame_mm - lattice.origin_mm) @ lattice.cell_from_panel.T)
+    even = np.asarray((panel_frame_mm - lattice.origin_mm) @ lattice.cell_from_panel.T)
+    return ungrown(lattice.growth, even) if lattice.is_varying else even
+
+
+def cells_mm(lattice: Lattice, q: Float) -> Float:
+    """The reverse: points in the panel's frame of cell coordinates."""
+    even = grown(lattice.growth, q) if lattice.is_varying else q
+    return np.asarray(even @ lattice.panel_from_cell.T + lattice.origin_mm)
 
 
 def nearest_cell(lattice: Lattice, q: Float) -> Float:
@@ -180,7 +265,7 @@ def nearest_cell(lattice: Lattice, q: Float) -> Float:
 
 
 def is_open(lattice: Lattice, in_cell: Float) -> NDArray[np.bool_]:
-    """Whether the array passes light at a place in its cell, q - its centre; (..., 2) -> (...)."""
+    """Whether the array passes light at an even place from its cell's centre; (..., 2) -> (...)."""
     upright = in_cell @ lattice.upright_from_cell.T
     if lattice.round_holes:
         return np.asarray(np.sum(upright**2, axis=-1) <= lattice.half_aperture**2)

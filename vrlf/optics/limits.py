@@ -14,7 +14,7 @@ import numpy as np
 from vrlf.model import Rig
 from vrlf.optics.bench import Bench, bench_of
 from vrlf.optics.eye import EyeOptics
-from vrlf.optics.lattice import Lattice, lattice_of
+from vrlf.optics.lattice import Lattice, lattice_of, pitches_over
 from vrlf.optics.polynomial import Float
 from vrlf.optics.samples import footprint_scale
 from vrlf.optics.viewport import pitch_mm
@@ -23,7 +23,7 @@ from vrlf.units import MM_PER_M, NM_PER_MM, UM_PER_MM
 
 @dataclass(frozen=True)
 class ArrayLimits:
-    """Limits of a rig's array, whatever the eye."""
+    """Limits of a rig's array, whatever the eye; in the lattice's middle where its pitch varies."""
 
     throughput: float
     field_of_view_deg: float
@@ -34,6 +34,8 @@ class ArrayLimits:
     best_pinhole_um: float
     lens_to_array_mm: float
     reduced_gap_mm: float
+    least_pitch_um: float
+    widest_pitch_um: float
 
 
 def array_limits(rig: Rig) -> ArrayLimits | None:
@@ -42,6 +44,7 @@ def array_limits(rig: Rig) -> ArrayLimits | None:
     if lattice is None:
         return None
     gap_mm, cell_mm = bench.reduced_gap_mm, lattice.pitch_mm
+    least, widest = pitches_over(rig, lattice)
     green_mm = rig.panel.wavelengths_nm[1] / NM_PER_MM
     return ArrayLimits(
         throughput=lattice.throughput,
@@ -53,6 +56,8 @@ def array_limits(rig: Rig) -> ArrayLimits | None:
         best_pinhole_um=sqrt(2.0 * green_mm * gap_mm) * UM_PER_MM,  # T 7.1
         lens_to_array_mm=bench.lens_to_array_mm,
         reduced_gap_mm=gap_mm,
+        least_pitch_um=least * cell_mm * UM_PER_MM,
+        widest_pitch_um=widest * cell_mm * UM_PER_MM,
     )
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vrlf.model import Rig
-from vrlf.optics.lattice import Lattice
+from vrlf.optics.lattice import Lattice, ungrown
 from vrlf.optics.polynomial import Float
 from vrlf.optics.viewport import (
     RASTER_FLIP,
@@ -68,6 +68,48 @@ def cell_raster(
     return CellRaster(
         _split(along @ lattice.cell_from_panel.T), _split(down @ lattice.cell_from_panel.T)
     )
+
+
+@dataclass(frozen=True)
+class VaryingRaster:
+    """Cell coordinates where the pitch varies, and how it does about them.
+
+    From a pixel's q on, an even place that is n farther is d cells farther,
+    n = d (a + d (b + d c)), a = 1 + G q^2, b = G q and c = G / 3, which is exact.
+
+    Attributes
+    ----------
+    columns : ndarray (W, 4)
+        Along the first axis: rest, whole, a, b.
+    rows : ndarray (2 H, 4)
+        Along the second, for the left eye, then for the right one: their pupils may stand apart.
+    """
+
+    columns: Float
+    rows: Float
+
+
+def varying_raster(
+    rig: Rig, lattice: Lattice, scale: float, shift_mm: Mapping[Side, Float] | None = None
+) -> VaryingRaster:
+    """As ``cell_raster``."""
+    x, y = column_centres_mm(rig), row_centres_mm(rig)
+    columns, rows = np.zeros((len(x), 4)), []
+    for side in SIDES:
+        view = viewport(rig, side)
+        fixed = (1.0 - scale) * np.array(view.axis_mm) - lattice.origin_mm
+        if shift_mm is not None:
+            fixed = fixed + shift_mm[side]
+        across, down = fixed[0] + scale * x[view.columns], fixed[1] + scale * y
+        columns[view.columns] = _law(lattice.growth[0], across / lattice.pitch_mm)
+        rows.append(_law(lattice.growth[1], down / lattice.pitch_mm))
+    return VaryingRaster(columns, np.concatenate(rows))
+
+
+def _law(growth: float, even: Float) -> Float:
+    q = ungrown(np.asarray(growth), even)
+    whole = np.floor(q + 0.5)
+    return np.stack([q - whole, whole, 1.0 + growth * q**2, growth * q], axis=-1)
 
 
 def _split(q: Float) -> Float:

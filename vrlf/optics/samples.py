@@ -57,7 +57,7 @@ class PupilPoints:
 
 def point_count(rays: int, lattice: Lattice | None) -> int:
     """How many pupil points it takes for about ``rays`` of them to be let through the array."""
-    open_fraction = 1.0 if lattice is None else lattice.throughput
+    open_fraction = 1.0 if lattice is None else lattice.opening
     return min(MAX_POINTS, ceil(rays / open_fraction))
 
 

@@ -57,6 +57,12 @@ class Tracing:
                 f'array.lattice: found "{rig.array.lattice}", wanted "square" for rays traced one '
                 "by one"
             )
+        if rig.array.varies:
+            growth = list(rig.array.pitch_growth_per_cm2)
+            raise InputError(
+                f"array.pitch_growth_per_cm2: found {growth}, wanted [0, 0] for rays traced one by "
+                "one"
+            )
         if self.exact and kind != "microlens":
             raise InputError(f'exact: found array.kind = "{kind}", wanted lenslets ("microlens")')
         if self.diffraction and kind == "none":

@@ -17,7 +17,7 @@ operator   ``OperatorTables``: the perception operator and its adjoint, tabulate
 tabulate   ``RowBuilder``: the operator's rows, traced a piece at a time
 phases     rows of the operator by phase: how fine, turned about, packed
 tolerant   rows of the normal equations of many rigs at once, each a little off
-pixels     rows of single pixels, behind perpendicular walls
+pixels     rows of single pixels: perpendicular walls, lateral colour, varying pitch
 encode     ``Encode``: linear light to 8-bit sRGB
 register   what ``Forward`` does to a bare panel: colours brought together
 alignment  ``Alignment``: screens that show how array, panel and lenses stand

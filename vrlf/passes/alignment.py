@@ -22,7 +22,12 @@ from vrlf.optics.alignment import (
 )
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.viewport import SIDES, pitch_mm, viewport
-from vrlf.passes.fields import VIEWPORT_FIELDS, lattice_rasters, viewport_values
+from vrlf.passes.fields import (
+    VIEWPORT_FIELDS,
+    lattice_defines,
+    lattice_rasters,
+    viewport_values,
+)
 
 ALIGNMENT = Block(
     "Alignment",
@@ -69,7 +74,7 @@ class Alignment:
         if lattice is None and screen.startswith("fringes"):
             raise InputError("alignment: found no array, wanted one whose fringes can be seen")
         number = ALIGNMENT_SCREENS.index(screen)
-        program = self._programs.get({**_SIZES, "SCREEN": number})
+        program = self._programs.get({**_SIZES, **lattice_defines(lattice), "SCREEN": number})
         crossings, owners = lattice_rasters(self._device, rig, lattice, pupil_shift_mm(rig))
         try:
             crossings.bind(2)

@@ -67,13 +67,13 @@ def sort_into(grid: BinGrid, crossings: Float) -> tuple[NDArray[np.int64], NDArr
     return order, starts.astype(np.int32)
 
 
-def visits_per_ray(hole_reach: Float) -> int:
+def visits_per_ray(hole_reach: Float, least_pitch: float) -> int:
     """How often a search may meet a ray, at most: a bin may lie under four wide holes."""
-    return 4 if 2.0 * float(hole_reach.max()) * (1.0 + 2.0 / BINS_PER_HOLE) > 1.0 else 1
+    return 4 if 2.0 * float(hole_reach.max()) * (1.0 + 2.0 / BINS_PER_HOLE) > least_pitch else 1
 
 
-def loop_turns(grid: BinGrid, hole_reach: Float) -> float:
+def loop_turns(grid: BinGrid, hole_reach: Float, least_pitch: float) -> float:
     """Turns that a search of the bins under all holes of the grid takes, at most."""
-    holes = grid.size * grid.count + 2.0 * hole_reach + 1.0
+    holes = (grid.size * grid.count + 2.0 * hole_reach) / least_pitch + 1.0
     lines = 2.0 * hole_reach[1] / grid.size[1] + 2.0
     return float(np.prod(holes) * (1.0 + lines))

@@ -13,7 +13,14 @@ from vrlf.model import Rig
 from vrlf.optics.bench import bench_of, colour_benches, is_lateral
 from vrlf.optics.lattice import Lattice
 from vrlf.optics.polynomial import Float
-from vrlf.optics.raster import CellRaster, cell_raster, cells_per_pixel, pixels_per_cell
+from vrlf.optics.raster import (
+    CellRaster,
+    VaryingRaster,
+    cell_raster,
+    cells_per_pixel,
+    pixels_per_cell,
+    varying_raster,
+)
 from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import SIDES, Side, axis_in_viewport_px, viewport
 
@@ -33,6 +40,7 @@ LATTICE_FIELDS = (
     Field("vec4", "cells_per_px", "2x2, cells per pixel to the right and down"),
     Field("vec4", "px_per_cell", "2x2, its inverse"),
     Field("float", "array_from_panel", "array height of a chief ray per panel height"),
+    Field("vec2", "growth", "by which a pitch that varies does, over three"),
     Field("vec2", "hole_reach", "how far a hole reaches from its centre, in cells"),
     Field("float", "half_aperture", "half a hole's side, or its radius, in pitches"),
     Field("float", "barrier_scale", "what a panel point is multiplied with to find its owner"),
@@ -79,6 +87,7 @@ def lattice_values(rig: Rig, lattice: Lattice | None) -> dict[str, Any]:
         "cells_per_px": cells_per_pixel(rig, lattice).ravel(),
         "px_per_cell": pixels_per_cell(rig, lattice).ravel(),
         "array_from_panel": bench_of(rig).array_from_panel,
+        "growth": lattice.growth / 3.0,
         "hole_reach": np.minimum(lattice.hole_reach, _OPEN),
         "half_aperture": min(lattice.half_aperture, _OPEN),
         "barrier_scale": lattice.barrier_scale,
@@ -89,7 +98,10 @@ def lattice_values(rig: Rig, lattice: Lattice | None) -> dict[str, Any]:
 
 def lattice_defines(lattice: Lattice | None) -> dict[str, int]:
     """For ``include/lattice.glsl``."""
-    return {"HEXAGONAL": int(lattice is not None and lattice.is_hexagonal)}
+    return {
+        "HEXAGONAL": int(lattice is not None and lattice.is_hexagonal),
+        "VARYING": int(lattice is not None and lattice.is_varying),
+    }
 
 
 def lateral_values(rig: Rig, magnifications: Sequence[float]) -> dict[str, Any]:
@@ -114,7 +126,9 @@ def lateral_values(rig: Rig, magnifications: Sequence[float]) -> dict[str, Any]:
     }
 
 
-def raster_buffer(device: Device, rasters: Sequence[CellRaster], label: str) -> Buffer:
+def raster_buffer(
+    device: Device, rasters: Sequence[CellRaster | VaryingRaster], label: str
+) -> Buffer:
     """Columns, then rows, of one raster after the other, as the shaders index them."""
     parts = [part for raster in rasters for part in (raster.columns, raster.rows)]
     return Buffer(device, np.concatenate(parts).astype(np.float32), label=label)
@@ -153,8 +167,9 @@ def crossing_rasters(
             Buffer(device, nothing, label="no crossings"),
             Buffer(device, nothing, label="no owners"),
         )
-    rasters = [cell_raster(rig, lattice, scale, shift_mm) for scale, shift_mm in crossings]
-    owners = cell_raster(rig, lattice, lattice.barrier_scale)
+    make = varying_raster if lattice.is_varying else cell_raster
+    rasters = [make(rig, lattice, scale, shift_mm) for scale, shift_mm in crossings]
+    owners = make(rig, lattice, lattice.barrier_scale)
     return (
         raster_buffer(device, rasters, "crossings"),
         raster_buffer(device, [owners], "owners"),

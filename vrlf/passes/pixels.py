@@ -1,8 +1,9 @@
-"""A sparse operator with a row for each pixel: perpendicular walls, lateral colour.
+"""A sparse operator with a row for each pixel: walls, lateral colour, a pitch that varies.
 
-Such walls divide the panel by another measure than the chief rays do, so that no two cells
-are alike: what a pixel sees depends on where its ray crosses the array and on where it
-stands itself. The adjoint is the true transpose.
+Perpendicular walls divide the panel by another measure than the chief rays do, so that no two
+cells are alike: what a pixel sees depends on where its ray crosses the array and on where it
+stands itself. So it does where a lens magnifies the colours differently; where the pitch varies no
+two cells are alike anyhow. The adjoint is the true transpose.
 """
 
 from __future__ import annotations

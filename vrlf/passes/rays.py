@@ -230,8 +230,8 @@ def _point_sets(
     if lattice is None:
         return _Sets(tables, values, 1, 1.0)
     lanes = _SOFTWARE_LANES if device.info.is_software else 1
-    turns = visits_per_ray(lattice.hole_reach) * lanes
-    return _Sets(tables, values, turns, lattice.throughput)
+    turns = visits_per_ray(lattice.hole_reach, lattice.least_pitch) * lanes
+    return _Sets(tables, values, turns, lattice.opening)
 
 
 def _point_rows(table: RayTable, half: Half, folded: bool) -> _Rows:
@@ -287,14 +287,14 @@ def _hole_sets(
     rows = [
         _Rows(np.concatenate([t.in_pupil, t.landing_px], axis=1), nowhere, nowhere) for t in flat
     ]
-    holes = max(_most_holes(table) for table in flat)
+    holes = max(_most_holes(table, lattice.least_pitch) for table in flat)
     cost = max(float(np.prod(2.0 * table.reach_cells)) for table in flat)
     return _Sets(rows, values | {"hole_maps": maps.reshape(-1, 4), "hole_seen": seen}, holes, cost)
 
 
-def _most_holes(table: HoleTable) -> int:
+def _most_holes(table: HoleTable, least_pitch: float) -> int:
     """Holes that a pixel's search can meet, and its loops' own turns."""
-    a_side = np.floor(2.0 * table.reach_cells) + 1.0
+    a_side = np.floor(2.0 * table.reach_cells / least_pitch) + 1.0
     return int(np.prod(a_side + 1.0)) + 1
 
 
@@ -311,7 +311,7 @@ def _bins(tables: list[_Rows], lattice: Lattice | None) -> BinGrid | None:
     if lattice is None:
         return None
     grid = grid_over([table.crossings for table in tables], lattice.hole_reach)
-    turns = loop_turns(grid, lattice.hole_reach)
+    turns = loop_turns(grid, lattice.hole_reach, lattice.least_pitch)
     return grid if turns * max(1, len(tables) // 2) <= _HOLE_TURNS else None
 
 

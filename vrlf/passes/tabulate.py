@@ -223,7 +223,7 @@ def _window(rig: Rig, side: Side, rays: int) -> tuple[NDArray[np.int64], NDArray
     # A sampled ray lands up to half a pixel off, a mean covers up to a pixel.
     reach = np.full(2, 2.0)
     if lattice is not None:
-        reach += widest_bend(rig) * half_cell_px(rig, lattice)
+        reach += widest_bend(rig) * lattice.widest_pitch * half_cell_px(rig, lattice)
     reach += lateral_reach_px(rig, side)
     low = np.floor(landing.min(axis=0) - reach).astype(np.int64)
     high = np.ceil(landing.max(axis=0) + reach).astype(np.int64)

@@ -123,7 +123,7 @@ def retinal_points(
         bench.panel_per_slope_mm
     )
     cell = cells.nearest_cell(lattice, cells.cell_coordinates(lattice, chief + axis))
-    c = cell @ lattice.panel_from_cell.T + lattice.origin_mm - axis
+    c = cells.cells_mm(lattice, cell) - axis
     # The ray through that lenslet's centre is not bent there.
     beta = (x_mm - c) / bench.reduced_gap_mm
     h = c - bench.lens_to_array_mm * beta

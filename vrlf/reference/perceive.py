@@ -50,7 +50,9 @@ class Landing:
     array_mm, panel_mm : ndarray (H, w, 2)
         Points relative to the optical axis.
     in_cell : ndarray (H, w, 2)
-        Place in the cell, in cells, lattice frame; zero without an array.
+        Place in the cell, in cell coordinates; zero without an array.
+    off_centre : ndarray (H, w, 2)
+        The same as an even place, which is another where the pitch varies.
     cell : ndarray (H, w, 2)
         The cell's number.
     """
@@ -58,6 +60,7 @@ class Landing:
     array_mm: Float
     panel_mm: Float
     in_cell: Float
+    off_centre: Float
     cell: Float
 
 
@@ -76,13 +79,15 @@ def trace(
     y = h + bench.lens_to_array_mm * beta
     if lattice is None:
         zero = np.zeros_like(y)
-        return Landing(y, y + bench.reduced_gap_mm * beta, zero, zero)
-    q = cells.cell_coordinates(lattice, y + np.array(view.axis_mm))
+        return Landing(y, y + bench.reduced_gap_mm * beta, zero, zero, zero)
+    axis = np.array(view.axis_mm)
+    q = cells.cell_coordinates(lattice, y + axis)
     cell = cells.nearest_cell(lattice, q)
     # Be bent by the lenslet (or not, in a hole) and cross the gap.
-    from_centre_mm = (q - cell) @ lattice.panel_from_cell.T
+    from_centre_mm = y + axis - cells.cells_mm(lattice, cell)
     x = y + bench.reduced_gap_mm * beta - bench.bend * from_centre_mm
-    return Landing(y, x, q - cell, cell)
+    off_centre = from_centre_mm @ lattice.cell_from_panel.T
+    return Landing(y, x, q - cell, off_centre, cell)
 
 
 def perceive(panel: Float, rig: Rig, rays: int) -> Float:
@@ -164,7 +169,7 @@ class Gather:
         landing = trace(self._bench, self._lattice, self._view, x_mm, u_mm, slope)
         passes = np.ones(landing.cell.shape[:2], dtype=bool)
         if self._lattice is not None:
-            passes = cells.is_open(self._lattice, landing.in_cell)
+            passes = cells.is_open(self._lattice, landing.off_centre)
             passes &= self.in_own_area(self._lattice, landing)
         pixel, weight = self.emitting(self.raster(landing))
         return pixel, weight * passes[..., None]
@@ -190,6 +195,7 @@ class Gather:
         # How far a pixel's corners are from its middle, toward each border of a cell.
         normals = lattice.normals
         spread = np.abs(normals @ lattice.cell_from_panel).sum(axis=1) * self._pitch_mm / 2.0
+        spread = spread / lattice.least_pitch
         at_array = spread * self._bench.array_from_retina
         whole = np.all(np.abs(landing.in_cell @ normals.T) <= 0.5 - at_array, axis=-1)
         if lattice.barriers != "none":

@@ -16,7 +16,14 @@ import numpy as np
 from vrlf.model import Rig
 from vrlf.optics.eye import EyeOptics, aberration_at, eye_optics
 from vrlf.optics.holes import hole_points
-from vrlf.optics.lattice import Lattice, cell_coordinates, lattice_of, nearest_cell
+from vrlf.optics.lattice import (
+    Lattice,
+    cell_coordinates,
+    cells_mm,
+    grown,
+    lattice_of,
+    nearest_cell,
+)
 from vrlf.optics.lines import Stretches, stretches
 from vrlf.optics.polynomial import Float
 from vrlf.optics.quadrature import quadrature_of
@@ -119,9 +126,9 @@ def _along(half: Float, eye: _Eye, lines: Stretches, index: int) -> Float:
 
 def _led_on(eye: _Eye, middle: Landing, end: Landing) -> Landing:
     """Where the ray at ``end`` would land if it passed the lenslet of ``middle``."""
-    moved_mm = (middle.cell - end.cell) @ eye.lattice.panel_from_cell.T
-    bend = eye.optics.benches[eye.colour].bend
-    return Landing(end.array_mm, end.panel_mm + bend * moved_mm, end.in_cell, middle.cell)
+    moved_mm = cells_mm(eye.lattice, middle.cell) - cells_mm(eye.lattice, end.cell)
+    panel_mm = end.panel_mm + eye.optics.benches[eye.colour].bend * moved_mm
+    return Landing(end.array_mm, panel_mm, end.in_cell, end.off_centre, middle.cell)
 
 
 def _coordinates(eye: _Eye, y_mm: Float) -> Float:
@@ -146,9 +153,24 @@ def _borders(eye: _Eye, first: Float, last: Float) -> Float:
 
     A hexagon's borders stand on lines half a pitch apart, of which they cover a third.
     """
+    if eye.lattice.is_varying:
+        return _varying_borders(eye, first, last)
     normals = eye.lattice.normals
     edges = (0.0, 0.5) if eye.lattice.is_hexagonal else (0.5,)
     return _crossings(first @ normals.T, last @ normals.T, edges)
+
+
+def _varying_borders(eye: _Eye, first: Float, last: Float) -> Float:
+    """The same where the pitch varies: a way is straight in even places alone."""
+    growth = eye.lattice.growth
+    begin, end = grown(growth, first), grown(growth, last)
+    step = np.where(end == begin, np.inf, end - begin)
+    low = np.floor(np.minimum(first, last)) - 0.5
+    found = []
+    for number in range(int(np.ceil(np.abs(last - first).max())) + 3):
+        place = (grown(growth, low + number) - begin) / step
+        found.append(np.where((place > 0.0) & (place < 1.0), place, 1.0))
+    return np.concatenate(found, axis=-1)
 
 
 def _crossings(first: Float, last: Float, edges: tuple[float, ...]) -> Float:
@@ -193,8 +215,8 @@ def _by_holes(half: Float, eye: _Eye, rays: int) -> Float:
         within_mm = RASTER_FLIP @ within_px * pitch_mm(eye.rig)
         middle = eye.traced(np.zeros(2), eye.slope(np.zeros(2)), within_mm)
         for cell in _cells_about(eye, middle, map_mm):
-            q = cell + in_hole
-            target_mm = q @ eye.lattice.panel_from_cell.T + eye.lattice.origin_mm
+            hole_mm = in_hole @ eye.lattice.panel_from_cell.T
+            target_mm = cells_mm(eye.lattice, cell) + hole_mm
             off_mm = target_mm - np.array(eye.view.axis_mm) - middle.array_mm
             u_mm = off_mm @ np.linalg.inv(map_mm).T
             meets = np.hypot(u_mm[..., 0], u_mm[..., 1]) <= radius_mm
@@ -202,7 +224,7 @@ def _by_holes(half: Float, eye: _Eye, rays: int) -> Float:
                 landing = eye.traced(u_mm, eye.slope(u_mm), within_mm)
                 total += meets[..., None] * eye.light(half, landing)
     area_cells = abs(np.linalg.det(eye.lattice.cell_from_panel @ map_mm)) * np.pi * radius_mm**2
-    return np.asarray(total * eye.lattice.throughput / area_cells / len(points))
+    return np.asarray(total * eye.lattice.opening / area_cells / len(points))
 
 
 def _points_of_both_eyes(eye: _Eye, rays: int) -> Float:
@@ -227,7 +249,8 @@ def _cells_about(eye: _Eye, middle: Landing, map_mm: Float) -> Iterator[Float]:
     extent = np.linalg.norm(eye.lattice.cell_from_panel @ map_mm, axis=1)
     # From a cell's centre to its corner, and from another's to the end of its hole.
     beside = np.abs(eye.lattice.corners).max(axis=0) + eye.lattice.hole_reach
-    reach = np.ceil(extent * eye.optics.pupil_mm / 2.0 + beside).astype(int)
+    even = extent * eye.optics.pupil_mm / 2.0 + beside
+    reach = np.ceil(even / eye.lattice.least_pitch).astype(int)
     for column in range(-reach[0], reach[0] + 1):
         for row in range(-reach[1], reach[1] + 1):
             yield nearest + np.array([column, row])

@@ -153,7 +153,8 @@ def _reach_px(rig: Rig) -> tuple[int, NDArray[np.int_]]:
         spread = max(float(np.abs(p + s).max()) for p, s in zip(landing, shift, strict=True))
     else:
         shift = np.zeros((2, 2), int)
-        bend_px = widest_bend(rig) * half_cell_px(rig, lattice).max()
+        widest = lattice.widest_pitch * half_cell_px(rig, lattice).max()
+        bend_px = widest_bend(rig) * widest
         spread = max(float(np.ptp(each, axis=0).max()) for each in landing) + float(bend_px)
     return min(_MOST_REACH_PX, ceil(spread) + 2), shift
 
