@@ -1,24 +1,16 @@
 // The operator or its adjoint, applied to a picture; less a target, if one is given.
 //
-// Reads:  light (on the panel's raster), target, the rows of the table; SLOPE also reached (P'1),
-//         curvature (P'P1) and flat (what the table makes of 1).
-// Writes: result = table * light - subtracted * target. With SLOPE the table is P'P and target
-//         P' of the picture: the result is the slope of the squared error. That table counts what
-//         is seen beyond the viewport, too; near the border it is set right for a flat field.
+// Reads:  light (on the panel's raster), target, the rows of the table.
+// Writes: result = table * light - subtracted * target.
 // Twin:   vrlf/reference/optimal.py.
 //
-// Defines: as in include/table.glsl and include/gather.glsl; SLOPE.
+// Defines: as in include/table.glsl and include/gather.glsl.
 
 #include "block/Apply"
 layout(local_size_x = GROUP_LANES, local_size_y = GROUP_PX) in;
 
 layout(binding = 0) uniform sampler2D light;
 layout(binding = 1) uniform sampler2D target;
-#if SLOPE
-layout(binding = 2) uniform sampler2D reached;
-layout(binding = 3) uniform sampler2D curvature;
-layout(binding = 4) uniform sampler2D flat_field;
-#endif
 layout(binding = 0) writeonly uniform image2D result;  // of whatever floats
 
 #include "include/viewport.glsl"
@@ -32,14 +24,7 @@ void main() {
     if (lane != 0 || pixel.x >= panel_px.x || pixel.y >= panel_px.y) return;
     if (eye != NO_EYE && subtracted != 0.0) {
         vec3 meant = texelFetch(target, pixel, 0).rgb;
-#if SLOPE
-        vec3 ground = texelFetch(reached, pixel, 0).rgb;
-        sum *= texelFetch(curvature, pixel, 0).rgb
-             / max(texelFetch(flat_field, pixel, 0).rgb, vec3(1e-6));
-#else
-        vec3 ground = vec3(1.0);
-#endif
-        sum -= subtracted * (black_level * ground + (brightness - black_level) * meant);
+        sum -= subtracted * (black_level + (brightness - black_level) * meant);
     }
     imageStore(result, pixel, vec4(sum, 1.0));
 }

@@ -1,6 +1,6 @@
 // One step of the bounded solver: down the gradient, ahead with momentum, into the bounds.
 //
-// Reads:  light (the residual P x - t; TOLERANT, the slope itself), reached (P'1), curvature (P'P1).
+// Reads:  light (the residual P x - t), reached (P'1), curvature (P'P1); TOLERANT also varied (V x).
 // Writes: shown (x, the panel image, in [0, 1] after every step), sought (x again, in 16 bits
 //         for the next product), stepped (w) and ahead (z, x before it was bounded), each pixel
 //         its own. The alphas of stepped and ahead keep POGM's theta and gamma: over frames each
@@ -15,6 +15,9 @@ layout(local_size_x = GROUP_LANES, local_size_y = GROUP_PX) in;
 layout(binding = 0) uniform sampler2D light;
 layout(binding = 1) uniform sampler2D reached;
 layout(binding = 2) uniform sampler2D curvature;
+#if TOLERANT
+layout(binding = 3) uniform sampler2D varied;
+#endif
 layout(binding = 0, rgba32f) writeonly uniform image2D shown;
 layout(binding = 1, rgba32f) uniform image2D stepped;
 layout(binding = 2, rgba32f) uniform image2D ahead;
@@ -28,12 +31,10 @@ layout(binding = 3, rgba16) writeonly uniform image2D sought;
 void main() {
     ivec2 pixel = own_pixel();
     int eye = eye_at(pixel), lane = own_lane();
-#if TOLERANT
-    if (lane != 0 || eye == NO_EYE) return;
-    vec3 slope = texelFetch(light, pixel, 0).rgb;
-#else
     vec3 slope = gathered_light(pixel, eye, lane);
     if (lane != 0 || eye == NO_EYE) return;
+#if TOLERANT
+    slope += texelFetch(varied, pixel, 0).rgb;
 #endif
     vec3 down = where_reached(slope, texelFetch(curvature, pixel, 0).rgb,
                               texelFetch(reached, pixel, 0).rgb);

@@ -28,6 +28,9 @@ int eye_at(ivec2 pixel) {
 vec3 seen_by(ivec2 pixel, int eye, uvec2 entry) {
     ivec2 at = pixel + offset_in(entry.x);
     vec3 seen = weight_in(entry.y) * texelFetch(light, at, 0).rgb;
+#if SIGNED
+    seen *= sign_in(entry.x);
+#endif
     return in_viewport(at, eye) ? seen : vec3(0.0);
 }
 

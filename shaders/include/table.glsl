@@ -5,7 +5,7 @@
 // with lateral colour each pixel has a row of its own. An entry is an offset to another pixel, right
 // and down, and how much of it is seen in each colour; entries are read in pairs.
 //
-// Defines: PER_PIXEL 1 where each pixel has its row; PERIOD_X, PERIOD_Y (include/period.glsl).
+// Defines: SIGNED 1 where entries have signs, 2 for their sizes; PER_PIXEL 1 where each pixel has its row; PERIOD_X, PERIOD_Y (include/period.glsl).
 // Needs: viewport.glsl, of the block: ivec2 phases (a side of a cell, for each eye).
 // Packing: packed() of vrlf/passes/phases.py.
 
@@ -31,8 +31,22 @@ int row_of(ivec2 pixel, int eye) {
 }
 #endif
 
+// Where a table has signs (SIGNED) the offset to the right has one bit less: see signed().
 ivec2 offset_in(uint word) {
+#if SIGNED
+    return ivec2(bitfieldExtract(int(word), 0, 15), bitfieldExtract(int(word), 16, 16));
+#else
     return ivec2(bitfieldExtract(int(word), 0, 16), bitfieldExtract(int(word), 16, 16));
+#endif
+}
+
+// SIGNED 2 takes all entries for their size.
+float sign_in(uint word) {
+#if SIGNED == 1
+    return (word & 0x8000u) == 0u ? 1.0 : -1.0;
+#else
+    return 1.0;
+#endif
 }
 
 // EXT_texture_shared_exponent: RGB9E5.

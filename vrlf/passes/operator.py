@@ -49,6 +49,7 @@ from vrlf.passes.phases import (
     packed,
     phases_per_offset,
     sampling_of,
+    signed,
 )
 from vrlf.passes.pixels import turned
 from vrlf.passes.tabulate import RowBuilder, Stretch
@@ -125,8 +126,8 @@ class _Table:
 class OperatorTables:
     """P / throughput and its adjoint of one rig, on the GPU; made once and swapped whole.
 
-    With a tolerance ``forward`` is P'P and ``adjoint`` P', the mean over its cases
-    (``is_tolerant``); ``mean`` is P, kept until what follows from it is known.
+    With a tolerance they are the mean over its cases, and ``variance`` is what the cases add to
+    P'P beyond it.
 
     Parameters
     ----------
@@ -143,7 +144,7 @@ class OperatorTables:
 
     forward: tuple[Buffer, Buffer]
     adjoint: tuple[Buffer, Buffer]
-    mean: tuple[Buffer, Buffer] | None
+    variance: tuple[Buffer, Buffer] | None
     crossings: Buffer
 
     def __init__(self, device: Device, rig: Rig, builder: RowBuilder) -> None:
@@ -162,13 +163,12 @@ class OperatorTables:
         by_pixel = is_lateral(rig) or (lattice is not None and _is_nowhere_alike(lattice))
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.phases = (0, 0) if by_pixel else sampling_of(rig, lattice)
-        self.is_tolerant = rig.tolerance is not None
-        if self.is_tolerant and by_pixel:
+        if rig.tolerance is not None and by_pixel:
             raise InputError(f"tolerance: found it beside {_own_rows(rig)}, wanted one of the two")
         self.values: dict[str, Any] = {**viewport_values(rig), "phases": self.phases}
-        forward, adjoint, mean = _Table(), _Table(), _Table()
-        if self.is_tolerant:
-            yield from self._of_many(rig, builder, forward, adjoint, mean)
+        forward, adjoint, variance = _Table(), _Table(), _Table()
+        if rig.tolerance is not None:
+            yield from self._of_many(rig, builder, forward, adjoint, variance)
         else:
             yield from self._of_one(rig, lattice, builder, forward, adjoint)
         lanes = _lanes(device, forward)
@@ -179,7 +179,7 @@ class OperatorTables:
             "GROUP_LANES": lanes * GROUP_PX,
             **subpixel_defines(rig),
         }
-        yield from self._upload(device, rig, lattice, forward, adjoint, mean)
+        yield from self._upload(device, rig, lattice, forward, adjoint, variance)
 
     def _of_one(
         self,
@@ -230,19 +230,22 @@ class OperatorTables:
             yield
 
     def _of_many(
-        self, rig: Rig, builder: RowBuilder, forward: _Table, adjoint: _Table, mean: _Table
+        self, rig: Rig, builder: RowBuilder, forward: _Table, adjoint: _Table, variance: _Table
     ) -> Generator[None, None, None]:
-        """The normal equations of all cases of a tolerance; P'P stands in P's place."""
+        """The mean over all cases of a tolerance, and its variance."""
         view_px, phases = self.values["view_px"], []
         for side, most in zip(SIDES, self.phases, strict=True):
             spread = yield from spread_of_cases(rig, side, builder, view_px)
             phases.append(tolerant_phases(rig, most, spread))
             rows = yield from tolerant_rows(rig, side, phases[-1], spread, builder, view_px)
             count = layout(rig.panel.subpixels).places * phases[-1] ** 2
-            tables = (forward, rows.gram), (adjoint, rows.adjoint), (mean, rows.mean)
+            tables = (forward, rows.mean), (adjoint, rows.adjoint), (variance, rows.variance)
             for table, each in tables:
                 for band in bands(count, len(each.row)):
-                    table.add(each.between(band), (band.start, band.stop))
+                    own = each.between(band)
+                    if table is variance:
+                        own = signed(own)
+                    table.add(own, (band.start, band.stop))
                     yield
         self.phases = (phases[0], phases[1])
         self.values["phases"] = self.phases
@@ -274,14 +277,14 @@ class OperatorTables:
         lattice: Lattice | None,
         forward: _Table,
         adjoint: _Table,
-        mean: _Table,
+        variance: _Table,
     ) -> Generator[None, None, None]:
         with ExitStack() as undo:
             self.forward = yield from forward.buffers(device, "operator", undo)
             self.adjoint = yield from adjoint.buffers(device, "adjoint", undo)
-            self.mean = None
-            if self.is_tolerant:
-                self.mean = yield from mean.buffers(device, "mean operator", undo)
+            self.variance = None
+            if rig.tolerance is not None:
+                self.variance = yield from variance.buffers(device, "variance", undo)
             self.crossings, owners = lattice_rasters(device, rig, lattice)
             owners.release()
             if lattice is None:  # all pixels have one phase, whatever is read here
@@ -290,25 +293,24 @@ class OperatorTables:
                 self.crossings = Buffer(device, nothing, label="no crossings")
             undo.pop_all()
 
-    def bind(self, which: Literal["forward", "adjoint", "mean"]) -> None:
+    @property
+    def is_tolerant(self) -> bool:
+        """Whether it stands for many cases."""
+        return self.variance is not None
+
+    def bind(self, which: Literal["forward", "adjoint", "variance"]) -> None:
         """Bind one of the tables."""
-        table = {"forward": self.forward, "adjoint": self.adjoint, "mean": self.mean}[which]
-        assert table is not None, "the mean operator has been forgotten"
+        tables = {"forward": self.forward, "adjoint": self.adjoint, "variance": self.variance}
+        table = tables[which]
+        assert table is not None, "a rig without a tolerance has no variance"
         entries, starts = table
         entries.bind(0)
         starts.bind(1)
         self.crossings.bind(2)
 
-    def forget_mean(self) -> None:
-        """Give the mean operator back: no frame needs it."""
-        for buffer in self.mean or ():
-            buffer.release()
-        self.mean = None
-
     def release(self) -> None:
         """Give all tables back."""
-        self.forget_mean()
-        for buffer in (*self.forward, *self.adjoint, self.crossings):
+        for buffer in (*self.forward, *self.adjoint, *(self.variance or ()), self.crossings):
             buffer.release()
 
 

@@ -181,6 +181,30 @@ class Turning:
         return Rows(found >> 32, offsets, weights[kept])
 
 
+# The bit of an offset to the right that turns an entry's sign, where a table has signs; so far to
+# the right or left no entry reads.
+SIGN_BIT = 15
+_FARTHEST_RANGE = 1 << SIGN_BIT
+
+
+def signed(rows: Rows) -> Rows:
+    """Entries of both signs as entries of none, the sign in `SIGN_BIT` of the offset.
+
+    An entry whose colours differ in sign becomes two.
+    """
+    parts = []
+    for negative in (0, 1):
+        weights = np.maximum(-rows.weights if negative else rows.weights, np.float32(0.0))
+        kept = weights.max(axis=1) > 0.0
+        right = (rows.offsets[kept, 0] % _FARTHEST_RANGE) | (negative << SIGN_BIT)
+        # As a 16-bit number with a sign, which is what is packed.
+        right = np.where(right >= 1 << 15, right - (1 << 16), right)
+        offsets = np.stack([right, rows.offsets[kept, 1]], axis=-1)
+        parts.append(Rows(rows.row[kept], offsets, weights[kept]))
+    both = joined(parts)
+    return both.take(np.argsort(both.row, kind="stable"))
+
+
 def packed(rows: Rows) -> NDArray[np.uint32]:
     """Entries as the shader unpacks them, (n, 2) words.
 

@@ -1,30 +1,23 @@
 """Rows of the normal equations of many rigs at once, each a little off.
 
-    minimise  sum_k w_k || P_k l - t ||^2      is      (sum w P'P) l = (sum w P') t
+With P_k the operator of case k (``vrlf/optics/tolerance.py``), P their mean and t the target,
 
-with P_k the operator of case k (``vrlf/optics/tolerance.py``). Its left side G is one symmetric
-operator on the panel, its right side the mean adjoint: both depend, as an operator does, on
-where in a cell the panel pixel's own chief ray crosses the array, and are tabulated by that
-phase. A step then takes one product with G, however many cases there are.
+    sum_k w_k || P_k l - t ||^2  =  || P l - t ||^2 + l'V l + ...,  V = sum_k w_k P_k'P_k - P'P
 
-Measured (110 x 110 pixels an eye, green, 14 random cases: array 15 um off, pupil within 1 mm, 4 to
-6 mm wide, 0.25 D of focus; dB after the best shift, mean and worst of 14 other cases):
+so that down is P'(P l - t) + V l: the mean operator is solved as any other, and V, small and
+symmetric, takes light from what the cases do not agree on. All three are tabulated by the place
+in a cell where a pixel's own chief ray crosses the array. A step reads three tables, however many
+cases there are. (P_k'P_k alone, in one table, would do too; but what its phases and its cut leave
+out falsifies the picture itself, here it changes a small term.)
 
-================= ============ ============ ===================== ===============
-array             nothing off  plain, 16    all cases' operators  G cut at 1 %
-================= ============ ============ ===================== ===============
-matched-wide      31.3 -> 29.7 26.5 23.5    28.3 25.5 (16 steps)  28.2 25.3 (8)
-matched-microlens 33.6 -> 28.8 25.4 21.6    26.6 23.2 (16 steps)  26.5 23.2 (8)
-================= ============ ============ ===================== ===============
-
-G has 37 entries a row there (61), of which 22 (20) stay; the operator has 7 (15) and is read
-twice a step. Six steps are within 0.1 dB of converged: what many cases leave undecided is little.
+V has entries of both signs; one more bit of an entry's offset says which.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import closing
+from dataclasses import replace
 from math import isqrt
 from typing import NamedTuple
 
@@ -49,16 +42,18 @@ _PRODUCTS, _PIECE_PLACES = 1 << 18, 1 << 18
 # What an eye's dense window of G may take; wide ones get fewer phases.
 _WINDOW_BYTES, _PLACE_BYTES = 3 << 27, 12
 _NEGLIGIBLE = 1e-6
+# Entries of V below this share of a row's largest, in size, are left out.
+_FAINT = 0.02
 # How far rows reach is tried with so few of them; others reach a little farther.
 _TRIAL_PHASES, _TRIAL_MARGIN_PX = 6, 2
 
 
 class TolerantRows(NamedTuple):
-    """Rows by phase of a pixel: G and the mean adjoint of a panel pixel, P of a retinal one."""
+    """Rows by phase of a pixel: P of a retinal one, P' and V of a panel pixel."""
 
-    gram: Rows
-    adjoint: Rows
     mean: Rows
+    adjoint: Rows
+    variance: Rows
 
 
 class Spread(NamedTuple):
@@ -115,6 +110,35 @@ def tolerant_rows(
     return (yield from sums.rows())
 
 
+Cut = Callable[[NDArray[np.float32]], tuple[Ints, NDArray[np.float32]]]
+
+
+def _lit(dense: NDArray[np.float32]) -> tuple[Ints, NDArray[np.float32]]:
+    return lit(dense, _NEGLIGIBLE)
+
+
+def _nonzero(dense: NDArray[np.float32]) -> tuple[Ints, NDArray[np.float32]]:
+    place = np.flatnonzero(dense.any(axis=2))
+    return place, dense.reshape(-1, 3)[place]
+
+
+def _varied(dense: NDArray[np.float32]) -> tuple[Ints, NDArray[np.float32]]:
+    """What windows (rows, offsets, 3) hold of either sign, but for what is faint.
+
+    What is left out is put into the middle: a flat field, which all cases show alike, keeps what
+    it has.
+    """
+    largest = np.abs(dense).max(axis=(1, 2), keepdims=True)
+    kept = (np.abs(dense) > np.maximum(_FAINT * largest, _NEGLIGIBLE)).any(axis=2)
+    middle = dense.shape[1] // 2
+    left_out = np.where(kept[..., None], 0.0, dense).sum(axis=1)
+    dense = dense.copy()
+    dense[:, middle] += np.where(kept[:, middle, None], 0.0, -dense[:, middle]) + left_out
+    kept[:, middle] = True
+    place = np.flatnonzero(kept)
+    return place, dense.reshape(-1, 3)[place]
+
+
 class _Window:
     """Sums by phase and offset, dense; offsets up to ``reach`` (right, down) each way."""
 
@@ -132,14 +156,14 @@ class _Window:
         for colour in range(3):
             np.add.at(self.sums[:, colour], place[held], weights[held, colour])
 
-    def rows(self) -> Generator[None, None, Rows]:
-        """What is not faint, with the light of what is; some rows at a time."""
+    def rows(self, cut: Cut) -> Generator[None, None, Rows]:
+        """What ``cut`` leaves of the rows, some at a time."""
         count, found = len(self.sums) // self.area, []
         step = max(1, _PIECE_PLACES // self.area)
         for first in range(0, count, step):
             last = min(first + step, count)
             dense = self.sums[first * self.area : last * self.area].reshape(-1, self.area, 3)
-            place, weights = lit(dense, _NEGLIGIBLE)
+            place, weights = cut(dense)
             row, within = np.divmod(place, self.area)
             offsets = np.stack([within % self.size[0], within // self.size[0]], axis=-1)
             found.append(Rows(row + first, offsets - self.reach, weights))
@@ -148,7 +172,7 @@ class _Window:
 
 
 class _Sums:
-    """G and the mean adjoint of one eye, case by case."""
+    """All three tables of one eye, case by case."""
 
     def __init__(self, rig: Rig, phases: int, spread: Spread) -> None:
         self._phases, self._layout = phases, layout(rig.panel.subpixels)
@@ -162,10 +186,14 @@ class _Sums:
     def take(self, case: Case, rows: Rows) -> Generator[None, None, None]:
         """One more case's operator."""
         moved = self._moved(case)
-        own, weights = self._phase_read(rows, moved), np.float32(case.weight) * rows.weights
+        # First to a row of the rig's own lattice, then on to the pixel that is read: all tables go
+        # by the same rounding, or V would hold its differences.
+        moved_row = self._phase_of(rows, moved, np.zeros_like(rows.offsets))
+        at, weights = replace(rows, row=moved_row), np.float32(case.weight) * rows.weights
+        own = self._phase_of(at, np.zeros(2), rows.offsets)
         self._adjoint.add(own, -rows.offsets, weights)
         yield
-        self._mean.add(self._phase_of(rows, moved, 0 * rows.offsets), rows.offsets, weights)
+        self._mean.add(moved_row, rows.offsets, weights)
         yield
         for first, second in _pairs(rows.row):
             product = np.float32(case.weight) * rows.weights[first] * rows.weights[second]
@@ -181,10 +209,6 @@ class _Sums:
         by_mm = lattice.origin_mm - self._origin_mm
         return np.asarray(self._phases * lattice.cell_from_panel @ by_mm)
 
-    def _phase_read(self, rows: Rows, moved: Float) -> Ints:
-        """Row of the panel pixel that each entry reads, counted in the rig's own lattice."""
-        return self._phase_of(rows, moved, rows.offsets)
-
     def _phase_of(self, rows: Rows, moved: Float, offsets: Ints) -> Ints:
         """Row of the pixel that lies so far from each row's own."""
         n, (columns, lines) = self._phases, self._layout.period
@@ -197,10 +221,17 @@ class _Sums:
 
     def rows(self) -> Generator[None, None, TolerantRows]:
         """All tables."""
-        gram = yield from self._gram.rows()
-        adjoint = yield from self._adjoint.rows()
-        mean = yield from self._mean.rows()
-        return TolerantRows(gram, adjoint, mean)
+        mean = yield from self._mean.rows(_lit)
+        adjoint = yield from self._adjoint.rows(_lit)
+        # What the mean operator does by itself is not the cases' variance.
+        whole = yield from self._mean.rows(_nonzero)
+        own = self._phase_of(whole, np.zeros(2), whole.offsets)
+        for first, second in _pairs(whole.row):
+            product = -whole.weights[first] * whole.weights[second]
+            self._gram.add(own[first], whole.offsets[second] - whole.offsets[first], product)
+            yield
+        variance = yield from self._gram.rows(_varied)
+        return TolerantRows(mean, adjoint, variance)
 
 
 def _pairs(row: Ints) -> Generator[tuple[Ints, Ints], None, None]:

@@ -16,8 +16,7 @@ _KINDS = {
     "sought": "nu2",
     "product": "f2",
 }
-# Taken off P'P l, which it nearly is in the end: no half floats.
-_TOLERANT_KINDS = {"meant": "f4"}
+_TOLERANT_KINDS = {"varied": "f2"}
 
 
 class Memory:
@@ -68,9 +67,9 @@ class Memory:
         return self._pictures["product"]
 
     @property
-    def meant(self) -> Texture:
-        """P' of the target, where the operator is a tolerant one."""
-        return self._pictures["meant"]
+    def varied(self) -> Texture:
+        """Scratch: what a tolerance adds to the slope."""
+        return self._pictures["varied"]
 
     @property
     def begun(self) -> Texture:

@@ -31,8 +31,8 @@ from __future__ import annotations
 
 import time
 
-from vrlf.gpu import GROUP_PX, Block, ComputePass, ComputeVariants, Device, Field, Texture
-from vrlf.passes.operator import TABLE_FIELDS, OperatorTables
+from vrlf.gpu import Block, ComputePass, ComputeVariants, Device, Field, Texture
+from vrlf.passes.operator import TABLE_FIELDS
 from vrlf.reference.optimal import FIRST_THETA
 from vrlf.solve.memory import Memory
 from vrlf.solve.tables import OptimalTables, TableBuilder
@@ -117,14 +117,20 @@ class Optimal:
         """
         started = time.perf_counter()
         self._begin(memory, tables, target, shown)
-        residual = self.builder.products.ready(tables.operator, levels=tables.levels)
-        step = self._steps.get(_step_defines(tables.operator))
-        step.set({**tables.operator.values, "least": _LEAST, "most_theta": _MOST_THETA})
+        operator = tables.operator
+        residual = self.builder.products.ready(operator, levels=tables.levels)
+        varied = self.builder.products.varied(operator) if operator.is_tolerant else None
+        step = self._steps.get(
+            {**operator.defines, "SIGNED": 0, "TOLERANT": int(operator.is_tolerant)}
+        )
+        step.set({**operator.values, "least": _LEAST, "most_theta": _MOST_THETA})
         for done in range(steps):
             if budget_ms is not None and self._elapsed_ms(started) > budget_ms:
                 return done
-            meant = memory.meant if tables.operator.is_tolerant else target
-            residual.run("forward", memory.sought, meant, memory.product, borders=tables.borders)
+            residual.run("forward", memory.sought, target, memory.product)
+            if varied is not None:
+                varied.run("variance", memory.sought, memory.sought, memory.varied)
+                memory.varied.bind_sampler(3)
             self._descend(step, memory, tables, shown)
         self._device.check("solving for the panel image")
         return steps
@@ -138,9 +144,8 @@ class Optimal:
     ) -> None:
         """The normalised backprojection, and what the last frame's steps had added to it."""
         is_warm = memory.turn(tables)
-        back = memory.meant if tables.operator.is_tolerant else memory.product
-        self.builder.products.apply(tables.operator, "adjoint", target, back)
-        for unit, picture in enumerate((back, tables.reached, memory.before)):
+        self.builder.products.apply(tables.operator, "adjoint", target, memory.product)
+        for unit, picture in enumerate((memory.product, tables.reached, memory.before)):
             picture.bind_sampler(unit)
         shown.bind_image(0, read=False, write=True)
         memory.stepped.bind_image(1, read=True, write=True)
@@ -177,10 +182,3 @@ class Optimal:
         """Give programs and pictures back."""
         for item in (self.builder, self._steps, self._starts, self._memory):
             item.release()
-
-
-def _step_defines(operator: OperatorTables) -> dict[str, int]:
-    """A tolerant operator's step reads no table: the product was the slope already."""
-    if not operator.is_tolerant:
-        return {**operator.defines, "TOLERANT": 0}
-    return {**operator.defines, "TOLERANT": 1, "LANES": 1, "GROUP_LANES": GROUP_PX}

@@ -17,7 +17,9 @@ APPLY = Block(
         Field("float", "black_level", "what black becomes"),
     ),
 )
-Which = Literal["forward", "adjoint", "mean"]
+Which = Literal["forward", "adjoint", "variance"]
+# Of a table's entries: none has a sign; they have; their sizes alone.
+_PLAIN, _SIGNED, _SIZES = range(3)
 
 
 @dataclass(frozen=True)
@@ -26,23 +28,6 @@ class Levels:
 
     black_level: float
     brightness: float
-
-
-@dataclass(frozen=True)
-class Borders:
-    """What sets a tolerant operator's P'P right near the viewport's border.
-
-    Attributes
-    ----------
-    reached, curvature : Texture
-        P'1 and P'P1, borders and all.
-    flat : Texture
-        What the table makes of 1.
-    """
-
-    reached: Texture
-    curvature: Texture
-    flat: Texture
 
 
 class Products:
@@ -54,11 +39,16 @@ class Products:
     def ready(self, operator: OperatorTables, *, levels: Levels | None = None) -> Product:
         """A product of this operator, to be run as often as is wanted until the next is made.
 
-        With ``levels`` what the target means there is taken off; a tolerant operator's P'P takes
-        off P' of it, so that the slope is whole.
+        With ``levels`` what the target means there is taken off.
         """
-        is_slope = operator.is_tolerant and levels is not None
-        program = self._programs.get({**operator.defines, "SLOPE": int(is_slope)})
+        return self._ready(operator, _PLAIN, levels)
+
+    def varied(self, operator: OperatorTables, *, sizes: bool = False) -> Product:
+        """The product with V of a tolerant operator, or with the sizes of its entries."""
+        return self._ready(operator, _SIZES if sizes else _SIGNED, None)
+
+    def _ready(self, operator: OperatorTables, signs: int, levels: Levels | None) -> Product:
+        program = self._programs.get({**operator.defines, "SIGNED": signs})
         values: dict[str, Any] = {
             **operator.values,
             "subtracted": 0.0 if levels is None else 1.0,
@@ -86,25 +76,10 @@ class Product:
     program: ComputePass
     operator: OperatorTables
 
-    def run(
-        self,
-        which: Which,
-        light: Texture,
-        target: Texture,
-        result: Texture,
-        *,
-        borders: Borders | None = None,
-    ) -> None:
-        """Write P light, or P' light; less what the target means, if levels were given.
-
-        A tolerant operator is given P' of the target in its place, and its ``borders``.
-        """
+    def run(self, which: Which, light: Texture, target: Texture, result: Texture) -> None:
+        """Write P light, or P' light; less what the target means, if levels were given."""
         light.bind_sampler(0)
         target.bind_sampler(1)
-        if borders is not None:
-            borders.reached.bind_sampler(2)
-            borders.curvature.bind_sampler(3)
-            borders.flat.bind_sampler(4)
         result.bind_image(0, read=False, write=True)
         self.operator.bind(which)
         self.program.run(*self.operator.size_px)

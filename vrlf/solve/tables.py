@@ -13,7 +13,7 @@ from vrlf.model import Prefilter, Rig
 from vrlf.passes.operator import OperatorTables
 from vrlf.passes.tabulate import RowBuilder
 from vrlf.solve.heap import give_back_freed
-from vrlf.solve.products import Borders, Levels, Products, Which
+from vrlf.solve.products import Levels, Products, Which
 
 
 class TableBuilder:
@@ -32,14 +32,13 @@ class TableBuilder:
 class OptimalTables:
     """The operator of one rig, made for a prescription, and what is asked of the solver.
 
-    Owns the operator's tables, P'1 (``reached``) and P'P1 (``curvature``), with a tolerance also
-    the ``borders``' share of it: a swap leaves nothing to be worked out at the frame's border.
+    Owns the operator's tables, P'1 (``reached``) and P'P1 (``curvature``; with a tolerance what V
+    can add to it at most is in it): a swap leaves nothing to be worked out at the frame's border.
     """
 
     operator: OperatorTables
     reached: Texture
     curvature: Texture
-    borders: Borders | None
 
     def __init__(self, device: Device, rig: Rig, builder: TableBuilder) -> None:
         for _ in self._pieces(device, rig, builder):
@@ -72,35 +71,34 @@ class OptimalTables:
             undo.callback(self.operator.release)
             self.reached = self._texture(device, "P'1", undo)
             self.curvature = self._texture(device, "P'P1", undo)
-            self.borders = None
-            if self.operator.is_tolerant:
-                flat = self._texture(device, "flat field", undo)
-                self.borders = Borders(self.reached, self.curvature, flat)
             yield
             yield from self._measure(device, builder.products)
             device.check("making the optimal prefilter's tables")
             undo.pop_all()
 
     def _measure(self, device: Device, products: Products) -> Generator[None, None, None]:
-        """P'1 and P'P1, a product a piece; with a tolerance by the mean over its cases."""
+        """P'1 and P'P1, a product a piece."""
         with ExitStack() as undo:
             ones, seen = (self._texture(device, name, undo) for name in ("ones", "P1"))
             width, height = ones.size_px
             yield
             ones.write(np.ones((height, width, 4), np.float16))
             yield
-            own: Which = "forward" if self.borders is None else "mean"
-            work: list[tuple[Which, Texture, Texture]] = [
+            work: tuple[tuple[Which, Texture, Texture], ...] = (
                 ("adjoint", ones, self.reached),
-                (own, ones, seen),
+                ("forward", ones, seen),
                 ("adjoint", seen, self.curvature),
-            ]
-            if self.borders is not None:
-                work.append(("forward", ones, self.borders.flat))
+            )
             for which, light, result in work:
                 products.apply(self.operator, which, light, result)
                 yield
-            self.operator.forget_mean()
+            if self.operator.is_tolerant:
+                # Row by row the sizes of V's entries bound it as P'P1 bounds P'P.
+                products.varied(self.operator, sizes=True).run("variance", ones, ones, seen)
+                yield
+                summed = self.curvature.read().astype(np.float32) + seen.read().astype(np.float32)
+                self.curvature.write(summed.astype(np.float16))
+                yield
 
     def _texture(self, device: Device, label: str, undo: ExitStack) -> Texture:
         texture = Texture(device, self.operator.size_px, kind="f2", label=f"optimal {label}")
@@ -118,7 +116,5 @@ class OptimalTables:
         self.operator.release()
         self.reached.release()
         self.curvature.release()
-        if self.borders is not None:
-            self.borders.flat.release()
         # What making the tables that replace these took and freed, too.
         give_back_freed()
