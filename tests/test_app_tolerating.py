@@ -1,0 +1,36 @@
+"""``vrlf bench tolerance``: its table and numbers, and wrong input."""
+
+from __future__ import annotations
+
+import pytest
+from command_runs import call, require_done, require_one_line
+
+QUICK = ("bench", "tolerance", "-r", "matched-full", "--panel", "110x60", "--cases", "2")
+
+
+def test_it_says_what_a_tolerance_gains_and_costs() -> None:
+    outcome = call(*QUICK, "--iterations", "6", "--rays", "32", "--json")
+    require_done(outcome)
+    results = {each["method"]: each for each in outcome.json()["results"]}
+    assert list(results) == ["bare", "plain", "tolerant"]
+    for each in results.values():
+        assert each["worst_db"] <= each["mean_db"]
+    # Corrected is sharper than bare where nothing is off, and only what was solved took time.
+    assert results["plain"]["nominal_db"] > results["bare"]["nominal_db"] + 3.0
+    assert results["tolerant"]["nominal_db"] > results["bare"]["nominal_db"] + 3.0
+    assert results["bare"]["ms"] is None
+    assert results["plain"]["ms"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (("--cases", "0"), "--cases"),
+        (("--panel", "20x10"), "--panel: found viewports of 10x10 pixels"),
+        (("-r", "nope"), 'rig: found the unknown name "nope"'),
+        (("--source", "missing.jpg"), "missing.jpg: found no such file"),
+    ],
+)
+def test_wrong_input_is_one_line(wrong: tuple[str, ...], said: str) -> None:
+    outcome = call(*QUICK, *wrong)
+    require_one_line(outcome, 2, said)
