@@ -10,6 +10,7 @@ DEMO := demo-out
 help: ## Say what each target does
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
 	@echo "With another Python: make test PYTHON=/path/to/python3"
+	@echo "With cvvdp's tests (some GB for PyTorch): make test CVVDP=1"
 
 setup: ## Install what running vrlf needs: system libraries, .venv
 	@sh scripts/system-packages.sh demo
@@ -18,6 +19,7 @@ setup: ## Install what running vrlf needs: system libraries, .venv
 setup-test: ## Install what the tests need as well: a screen without a monitor
 	@sh scripts/system-packages.sh test
 	@sh scripts/venv.sh
+	@[ -z "$(CI)$(CVVDP)" ] || sh scripts/cvvdp.sh
 
 demo: setup ## Set up, then show the whole chain: pictures and numbers in demo-out/
 	@$(BIN)/vrlf demo -o $(DEMO)

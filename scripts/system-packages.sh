@@ -8,7 +8,7 @@
 set -eu
 
 for_demo="libegl1 libgl1 libgl1-mesa-dri libglx-mesa0 libegl-mesa0 libgles2"
-for_test="xvfb xauth xdotool"
+for_test="xvfb xauth xdotool chromium chromium-driver"
 
 say() { echo "set-up: $*" >&2; }
 
@@ -40,7 +40,8 @@ is_there() {
         libglx-mesa0) has_library libGLX_mesa.so.0 ;;
         libgl1-mesa-dri) has_software_renderer ;;
         xvfb) has_command Xvfb ;;
-        xauth | xdotool | python3) has_command "$1" ;;
+        chromium-driver) has_command chromedriver ;;
+        xauth | xdotool | chromium | python3) has_command "$1" ;;
         *) return 1 ;;
     esac
 }
@@ -84,12 +85,13 @@ esac
 
 if ! has_command apt-get || ! has_command dpkg-query; then
     [ -n "$libraries" ] || { say "cannot look for libraries here; vrlf needs OpenGL 4.3 by EGL" \
-        "(Mesa or a vendor's driver) and, for the tests, Xvfb, xauth and xdotool"; exit 0; }
+        "(Mesa or a vendor's driver) and, for the tests, Xvfb, xauth, xdotool, Chromium and its driver"; exit 0; }
     missing=$(missing_of $wanted)
     [ -z "$missing" ] && exit 0
     say "missing here, by the names of Debian's packages:$missing; install what brings them" \
         "(Fedora: mesa-libEGL mesa-libGL mesa-libGLES mesa-dri-drivers xorg-x11-server-Xvfb" \
-        "xauth xdotool; Arch: mesa libglvnd xorg-server-xvfb xorg-xauth xdotool) and run make again"
+        "xauth xdotool chromium chromedriver; Arch: mesa libglvnd xorg-server-xvfb xorg-xauth xdotool" \
+        "chromium) and run make again"
     exit 1
 fi
 

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Make .venv with vrlf (editable), its window, plots and the development tools in it.
+# Make .venv with vrlf (editable), all extras but cvvdp and the development tools in it.
 #
 # .venv/.vrlf-setup keeps what it was made from. As long as that is still so,
 # the script changes nothing and needs no network. A changed pyproject.toml or
@@ -51,7 +51,7 @@ if [ -z "$now" ] || [ "$(first_line "$now")" != "$(first_line "${made_from:-$now
 fi
 
 say "installing vrlf and what it needs into .venv (about a minute, once)"
-"$venv_python" -m pip install --quiet -c constraints.txt -e '.[window,plots,dev]' ||
+"$venv_python" -m pip install --quiet -c constraints.txt -e '.[window,plots,flip,design,sweep,dev]' ||
     { say "pip could not install vrlf (see above); run make again when that is mended"; exit 1; }
 
 # Written last: an interrupted set-up starts again.
