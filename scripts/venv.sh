@@ -51,7 +51,7 @@ if [ -z "$now" ] || [ "$(first_line "$now")" != "$(first_line "${made_from:-$now
 fi
 
 say "installing vrlf and what it needs into .venv (about a minute, once)"
-"$venv_python" -m pip install --quiet -c constraints.txt -e '.[window,plots,flip,design,sweep,dev]' ||
+"$venv_python" -m pip install --quiet -c constraints.txt -e '.[window,plots,flip,design,serve,sweep,dev]' ||
     { say "pip could not install vrlf (see above); run make again when that is mended"; exit 1; }
 
 # Written last: an interrupted set-up starts again.

@@ -20,6 +20,7 @@ from vrlf.app.pictures import chart, perceive, prefilter
 from vrlf.app.previewing import preview
 from vrlf.app.profiles import profile
 from vrlf.app.rendering import render
+from vrlf.app.serving import serve
 from vrlf.errors import VrlfError
 
 _DEBUG = "VRLF_DEBUG"
@@ -61,7 +62,7 @@ def vrlf(context: click.Context) -> None:
 
 
 for _command in (
-    *(demo, prefilter, perceive, preview, render),
+    *(demo, prefilter, perceive, preview, render, serve),
     *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench),
 ):
     vrlf.add_command(_command)

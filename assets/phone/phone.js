@@ -1,0 +1,378 @@
+"use strict";
+// The phone's side of `vrlf serve`: shows frames pixel for pixel or says why not, sends the head's
+// turning and keys. Wire format: vrlf/app/serve/wire.py.
+
+const HEAD_BYTES = 32;
+const FADE_AFTER_MS = 700;
+const PROMPT_MS = 3500;
+const CARD_MM = 85.6;
+const LONG_TAP_MS = 600;
+const RETRY_MS = 250;
+
+const at = (id) => document.getElementById(id);
+const canvas = at("picture");
+const context = canvas.getContext("2d", { alpha: false });
+
+const state = {
+  socket: null, rig: null, fits: false, isOpen: false, isPattern: false, lastFrameMs: 0,
+  shown: 0, newest: 0, decoding: Promise.resolve(), pending: null, turn: null, turnSentMs: 0,
+  lock: null, stats: [], isHeld: false, begun: false, boxPx: null,
+};
+
+// What does not fit, in plain words; nothing where all does.
+function problems(found) {
+  const said = [];
+  const { rig, screenPx, ratio, zoom, isLandscape, boxPx } = found;
+  if (!rig) return said;
+  const long = Math.max(rig.width, rig.height), short = Math.min(rig.width, rig.height);
+  if (!isLandscape) said.push("The phone stands upright. Turn it on its side.");
+  if (Math.abs(zoom - 1) > 1e-3) {
+    said.push(`The page is zoomed to ${Math.round(100 * zoom)} %. Pinch until it is 100 %.`);
+  }
+  if (Math.max(...screenPx) !== long || Math.min(...screenPx) !== short) {
+    said.push(`The rig's panel has ${long} x ${short} pixels, this screen ${Math.max(...screenPx)} x ` +
+      `${Math.min(...screenPx)}. Give vrlf serve a rig with this phone's panel, or measure this ` +
+      "screen below and let it write one.");
+  } else if (boxPx && (boxPx[0] !== rig.width || boxPx[1] !== rig.height)) {
+    said.push(`A picture of ${rig.width} x ${rig.height} pixels would fill ${boxPx[0]} x ${boxPx[1]} ` +
+      `of the screen's (pixel ratio ${ratio}). Set the browser's zoom and the phone's display size ` +
+      "back to normal.");
+  }
+  return said;
+}
+
+function report() {
+  const ratio = window.devicePixelRatio;
+  return {
+    rig: state.rig, ratio,
+    screenPx: [Math.round(screen.width * ratio), Math.round(screen.height * ratio)],
+    zoom: window.visualViewport ? window.visualViewport.scale : 1,
+    isLandscape: window.innerWidth >= window.innerHeight,
+    boxPx: state.boxPx,
+  };
+}
+
+// The canvas's size in the page's pixels, so that each of its pixels is one of the screen's.
+function place() {
+  if (!state.rig) return;
+  const { width, height } = state.rig;
+  if (canvas.width !== width || canvas.height !== height) {
+    canvas.width = width;
+    canvas.height = height;
+  }
+  canvas.style.width = `${width / window.devicePixelRatio}px`;
+  canvas.style.height = `${height / window.devicePixelRatio}px`;
+}
+
+function check() {
+  place();
+  const said = problems(report());
+  at("problems").replaceChildren(...said.map((text) => {
+    const item = document.createElement("li");
+    item.textContent = text;
+    return item;
+  }));
+  const isRight = state.isOpen && state.rig && state.fits && said.length === 0;
+  at("begin").disabled = !(state.rig && (said.length === 0 || !report().isLandscape));
+  at("state").textContent = !state.isOpen ? "Connecting." :
+    said.length ? "Not shown, because:" : "This screen fits the rig.";
+  // A wrong picture is worse than none.
+  canvas.hidden = !((isRight && state.begun) || state.isPattern);
+  at("door").hidden = (isRight && state.begun) || state.isPattern;
+  if (!isRight && state.begun && !state.isPattern) at("door").hidden = false;
+  return isRight;
+}
+
+// Frames
+
+async function inflated(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+function rgba(rgb, width, height) {
+  const out = new Uint32Array(width * height);
+  for (let i = 0, k = 0; i < out.length; i++, k += 3) {
+    out[i] = 0xff000000 | (rgb[k + 2] << 16) | (rgb[k + 1] << 8) | rgb[k];
+  }
+  return new ImageData(new Uint8ClampedArray(out.buffer), width, height);
+}
+
+function frameOf(buffer) {
+  const view = new DataView(buffer);
+  if (view.getUint8(0) !== 0x56 || view.getUint8(1) !== 0x46 || view.getUint8(2) !== 1) {
+    throw new Error("no frame of ours");
+  }
+  return {
+    encoding: view.getUint8(3), number: view.getUint32(4, true),
+    width: view.getUint16(8, true), height: view.getUint16(10, true),
+    sensorMs: view.getFloat64(12, true), waitedMs: view.getFloat32(20, true),
+    drawnMs: view.getFloat32(24, true), encodedMs: view.getFloat32(28, true),
+    cameMs: performance.now(), data: new Uint8Array(buffer, HEAD_BYTES),
+  };
+}
+
+async function take(buffer) {
+  const frame = frameOf(buffer);
+  const rgb = frame.encoding === 1 ? await inflated(frame.data) : frame.data;
+  if (rgb.length !== 3 * frame.width * frame.height) throw new Error("a frame of another size");
+  if (!state.rig || frame.width !== state.rig.width || frame.height !== state.rig.height) return;
+  frame.image = rgba(rgb, frame.width, frame.height);
+  const isIdle = !state.pending;
+  if (!isIdle) tell(state.pending, null);
+  state.pending = frame;
+  if (isIdle) document.hidden ? show() : requestAnimationFrame(show);
+}
+
+// Both eyes at once: one picture, put between two refreshes.
+function show() {
+  const frame = state.pending;
+  state.pending = null;
+  if (!frame) return;
+  if (!state.isPattern) context.putImageData(frame.image, 0, 0);
+  state.shown += 1;
+  state.newest = frame.number;
+  state.lastFrameMs = performance.now();
+  const hasTurn = !Number.isNaN(frame.sensorMs);
+  // What was put in this callback is on the screen a refresh later.
+  requestAnimationFrame((nowMs) => tell(frame, hasTurn ? nowMs - frame.sensorMs : null));
+  if (document.hidden) tell(frame, null);
+}
+
+function tell(frame, photonMs) {
+  if (frame.isTold) return;
+  frame.isTold = true;
+  send({ t: "shown", number: frame.number, photon: photonMs === null ? null : Math.max(photonMs, 0) });
+  if (photonMs === null) return;
+  state.stats.push({
+    photon: photonMs, waited: frame.waitedMs, drawn: frame.drawnMs, encoded: frame.encodedMs,
+    decoded: state.lastFrameMs - frame.cameMs,
+  });
+  if (state.stats.length > 30) state.stats.shift();
+  sayLatency();
+}
+
+function sayLatency() {
+  const count = state.stats.length;
+  const mean = (key) => state.stats.reduce((sum, each) => sum + each[key], 0) / count;
+  const rest = mean("photon") - mean("waited") - mean("drawn") - mean("encoded") - mean("decoded");
+  at("latency").textContent = `motion to photon ${mean("photon").toFixed(0)} ms: waiting ` +
+    `${mean("waited").toFixed(0)}, drawing ${mean("drawn").toFixed(0)}, packing ` +
+    `${mean("encoded").toFixed(0)}, unpacking ${mean("decoded").toFixed(0)}, link and screen ` +
+    `${rest.toFixed(0)}`;
+}
+
+// The socket
+
+function send(message) {
+  const socket = state.socket;
+  if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+}
+
+function hello() {
+  send({ t: "hello", width: screen.width, height: screen.height, ratio: window.devicePixelRatio });
+}
+
+function connect() {
+  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+  const socket = new WebSocket(`${scheme}//${location.host}${location.pathname}live`);
+  socket.binaryType = "arraybuffer";
+  state.socket = socket;
+  socket.onopen = () => { state.isOpen = true; hello(); check(); };
+  socket.onmessage = (event) => {
+    if (typeof event.data !== "string") {
+      // One after the other: unpacking takes its time, and frames keep their order.
+      state.decoding = state.decoding.then(() => take(event.data)).catch(() => socket.close());
+      return;
+    }
+    heard(JSON.parse(event.data));
+  };
+  socket.onclose = () => {
+    state.isOpen = false;
+    if (state.socket === socket) setTimeout(connect, RETRY_MS);
+  };
+}
+
+function heard(message) {
+  if (message.t === "rig") {
+    state.rig = message;
+    state.fits = message.fits;
+    place();
+    check();
+  } else if (message.t === "again") {
+    hello();
+  } else if (message.t === "say") {
+    prompt(message.left, message.right);
+    at("latency").hidden = !message.latency;
+  } else if (message.t === "held") {
+    state.isHeld = true;
+  } else if (message.t === "going") {
+    state.isHeld = false;
+  }
+}
+
+let promptTimer = 0;
+function prompt(left, right) {
+  for (const [id, text] of [["prompt-left", left], ["prompt-right", right]]) {
+    at(id).textContent = text || "";
+    at(id).classList.toggle("on", Boolean(text));
+  }
+  clearTimeout(promptTimer);
+  promptTimer = setTimeout(() => {
+    for (const id of ["prompt-left", "prompt-right"]) at(id).classList.remove("on");
+  }, PROMPT_MS);
+}
+
+// A fault holds the last picture, then gives way to grey slowly: nothing flashes.
+let brokenSinceMs = null;
+setInterval(() => {
+  const isBroken = !state.isOpen || state.isHeld;
+  if (!isBroken) brokenSinceMs = null;
+  else if (brokenSinceMs === null) brokenSinceMs = performance.now();
+  const isLong = brokenSinceMs !== null && performance.now() - brokenSinceMs > FADE_AFTER_MS;
+  at("grey").classList.toggle("on", isLong && state.begun);
+}, 100);
+
+// The head
+
+window.addEventListener("deviceorientation", (event) => {
+  if (event.alpha === null || event.beta === null || event.gamma === null) return;
+  const nowMs = performance.now();
+  if (nowMs - state.turnSentMs < 8) return;
+  state.turnSentMs = nowMs;
+  const angle = screen.orientation ? screen.orientation.angle : 0;
+  // An event's time stamp is by the same clock as performance.now().
+  send({ t: "turn", alpha: event.alpha, beta: event.beta, gamma: event.gamma, screen: angle,
+    at: event.timeStamp });
+});
+
+// Keys, pads, taps: names as in the preview's table.
+
+const NAMED = { ArrowUp: "up", ArrowDown: "down", ArrowLeft: "left", ArrowRight: "right",
+  Enter: "enter", NumpadEnter: "enter", Backspace: "backspace", Tab: "tab", Space: "space",
+  PageUp: "pageup", PageDown: "pagedown", Home: "home", Escape: "escape", BracketLeft: "[",
+  BracketRight: "]", Comma: ",", Period: ".", Minus: "-", Equal: "=" };
+
+function chordOf(event) {
+  let name = NAMED[event.code];
+  if (!name && /^Key[A-Z]$/.test(event.code)) name = event.code.slice(3).toLowerCase();
+  if (!name && /^(Digit|Numpad)[0-9]$/.test(event.code)) name = event.code.slice(-1);
+  if (!name && /^F([1-9]|1[0-2])$/.test(event.code)) name = event.code.toLowerCase();
+  if (!name) return null;
+  return [...(event.ctrlKey ? ["ctrl"] : []), ...(event.shiftKey ? ["shift"] : []), name].join("+");
+}
+
+window.addEventListener("keydown", (event) => {
+  if (event.target.tagName === "INPUT" || (event.target.tagName === "BUTTON" && event.code === "Enter")) return;
+  const chord = chordOf(event);
+  if (!chord) return;
+  event.preventDefault();
+  send({ t: "key", chord });
+});
+
+// Of the standard pad: sphere up, down; cylinder; axis; which eye; method; undo; fringes; ahead.
+const PAD = { 12: "up", 13: "down", 14: "left", 15: "right", 4: "[", 5: "]", 2: "1", 1: "2", 0: "3",
+  3: "m", 8: "ctrl+z", 9: "g", 11: "h" };
+const held = new Set();
+function pads() {
+  for (const pad of navigator.getGamepads ? navigator.getGamepads() : []) {
+    if (!pad) continue;
+    for (const [index, chord] of Object.entries(PAD)) {
+      const id = `${pad.index}:${index}`;
+      const isDown = Boolean(pad.buttons[index] && pad.buttons[index].pressed);
+      if (isDown && !held.has(id)) send({ t: "key", chord });
+      isDown ? held.add(id) : held.delete(id);
+    }
+  }
+}
+setInterval(pads, 16);
+
+let downMs = 0;
+canvas.addEventListener("pointerdown", () => { downMs = performance.now(); });
+canvas.addEventListener("pointerup", () => {
+  if (state.isPattern) { state.isPattern = false; check(); return; }
+  if (performance.now() - downMs < LONG_TAP_MS) { send({ t: "key", chord: "h" }); return; }
+  state.begun = false;
+  check();
+});
+
+// Beginning: what needs a touch
+
+async function begin() {
+  // iPhones give motion only when asked within a touch.
+  if (window.DeviceOrientationEvent && DeviceOrientationEvent.requestPermission) {
+    await DeviceOrientationEvent.requestPermission().catch(() => {});
+  }
+  await document.documentElement.requestFullscreen({ navigationUI: "hide" }).catch(() => {});
+  if (screen.orientation && screen.orientation.lock) await screen.orientation.lock("landscape").catch(() => {});
+  await keepAwake();
+  state.begun = true;
+  check();
+}
+
+async function keepAwake() {
+  if (!navigator.wakeLock) return;
+  state.lock = await navigator.wakeLock.request("screen").catch(() => null);
+}
+
+document.addEventListener("visibilitychange", () => {
+  if (document.hidden || !state.begun) return;
+  keepAwake();
+  hello();
+});
+
+// Single pixels: grey and even where one of the picture's is one of the screen's, moire elsewhere.
+function pattern() {
+  if (!state.rig) return null;
+  place();
+  const { width, height } = state.rig;
+  const image = context.createImageData(width, height);
+  const words = new Uint32Array(image.data.buffer);
+  for (let y = 0; y < height; y++) {
+    for (let x = 0; x < width; x++) words[y * width + x] = (x + y) % 2 ? 0xffffffff : 0xff000000;
+  }
+  context.putImageData(image, 0, 0);
+  const back = new Uint32Array(context.getImageData(0, 0, width, height).data.buffer);
+  return words.every((word, i) => word === back[i]);
+}
+
+at("begin").addEventListener("click", begin);
+at("pattern").addEventListener("click", () => {
+  const isSame = pattern();
+  state.isPattern = isSame !== null;
+  check();
+  prompt(...Array(2).fill(isSame ? "Even grey: pixel for pixel. Stripes or blotches: not. Tap." :
+    "The browser changes pixels: switch off its data saver or night mode."));
+});
+
+function measure() {
+  const length = Number(at("length").value);
+  at("card").style.width = `${length}px`;
+  const pitch = (1000 * CARD_MM) / (length * window.devicePixelRatio);
+  at("pitch").textContent = `One pixel is ${pitch.toFixed(2)} um.`;
+  return pitch;
+}
+at("measure").addEventListener("click", () => { at("ruler").hidden = !at("ruler").hidden; measure(); });
+at("length").addEventListener("input", measure);
+at("keep").addEventListener("click", () => {
+  const ratio = window.devicePixelRatio;
+  const sides = [screen.width * ratio, screen.height * ratio].map(Math.round);
+  send({ t: "panel", width: Math.max(...sides), height: Math.min(...sides), pitch_um: measure() });
+});
+
+function watchBox() {
+  if (!window.ResizeObserver) return;
+  const observer = new ResizeObserver((entries) => {
+    const box = entries[0].devicePixelContentBoxSize;
+    if (box && !canvas.hidden) state.boxPx = [box[0].inlineSize, box[0].blockSize];
+    if (state.begun) check();
+  });
+  try { observer.observe(canvas, { box: "device-pixel-content-box" }); } catch { /* not every browser has it */ }
+}
+
+for (const event of ["resize", "orientationchange", "fullscreenchange"]) {
+  window.addEventListener(event, () => { if (state.isOpen) hello(); check(); });
+}
+watchBox();
+connect();
+check();

@@ -1,0 +1,19 @@
+"""Serving a phone: ``vrlf serve``.
+
+========== ======================================================================
+file       holds
+========== ======================================================================
+door       who gets in: token, host, origin; patience with those who do not
+certificate the TLS certificate that is made on first use
+address    where to listen, and what address a phone is given
+wire       the messages, each checked; encodings, and which a link carries faster
+slots      the newest frame in shared memory, between the two processes
+page       the page with its script and style, and its headers
+server     the server's process: sockets, phones, nothing of the GPU
+head       from a phone's sensors to the head: filter, prediction
+drawing    the preview's session and frames without a window
+loop       ``Broadcast``: the drawing process's loop
+========== ======================================================================
+
+The page is in ``assets/phone``.
+"""
