@@ -298,13 +298,18 @@ canvas.addEventListener("pointerup", () => {
 
 // Beginning: what needs a touch
 
+// What a browser may refuse, or never answer, is no reason to show nothing.
+const tried = (promise) => Promise.race([
+  Promise.resolve(promise).catch(() => null), new Promise((done) => setTimeout(done, 1500)),
+]);
+
 async function begin() {
   // iPhones give motion only when asked within a touch.
   if (window.DeviceOrientationEvent && DeviceOrientationEvent.requestPermission) {
-    await DeviceOrientationEvent.requestPermission().catch(() => {});
+    await tried(DeviceOrientationEvent.requestPermission());
   }
-  await document.documentElement.requestFullscreen({ navigationUI: "hide" }).catch(() => {});
-  if (screen.orientation && screen.orientation.lock) await screen.orientation.lock("landscape").catch(() => {});
+  await tried(document.documentElement.requestFullscreen({ navigationUI: "hide" }));
+  if (screen.orientation && screen.orientation.lock) await tried(screen.orientation.lock("landscape"));
   await keepAwake();
   state.begun = true;
   check();
@@ -312,7 +317,7 @@ async function begin() {
 
 async function keepAwake() {
   if (!navigator.wakeLock) return;
-  state.lock = await navigator.wakeLock.request("screen").catch(() => null);
+  state.lock = await tried(navigator.wakeLock.request("screen"));
 }
 
 document.addEventListener("visibilitychange", () => {
@@ -373,6 +378,13 @@ function watchBox() {
 for (const event of ["resize", "orientationchange", "fullscreenchange"]) {
   window.addEventListener(event, () => { if (state.isOpen) hello(); check(); });
 }
+// Another ratio of pixels alone is no resize.
+function watchRatio() {
+  const query = matchMedia(`(resolution: ${window.devicePixelRatio}dppx)`);
+  query.addEventListener("change", () => { hello(); check(); watchRatio(); }, { once: true });
+}
+
 watchBox();
+watchRatio();
 connect();
 check();

@@ -6,7 +6,8 @@ import importlib.util
 import io
 import signal
 import threading
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -94,7 +95,6 @@ def serve(
     check_target(Path(folder) / "phone.toml")
     if (cert is None) != (key is None):
         raise InputError("--cert, --key: found one of the two, wanted both or none")
-    until = _told_to_stop()
     with ExitStack() as owned:
         where = _Where(host, port, cert, key)
         owned.callback(where.close)
@@ -110,7 +110,8 @@ def serve(
             put_json({"url": where.url, "width": rig.panel.width_px, "height": rig.panel.height_px})
         else:
             click.echo(where.url)
-        broadcast.run(until)
+        with _told_to_stop() as until:
+            broadcast.run(until)
     say("stopped")
 
 
@@ -176,12 +177,17 @@ class _Where:
         self.socket.close()
 
 
-def _told_to_stop() -> Any:
-    """Whether Ctrl-C or a signal to end came."""
+@contextmanager
+def _told_to_stop() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C or a signal to end came; both do what they did before when this is over."""
     told = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: told.set())
-    return told.is_set
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, lambda *_: told.set()) for number in numbers]
+    try:
+        yield told.is_set
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
 
 
 def _require(name: str) -> None:

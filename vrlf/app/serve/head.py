@@ -25,8 +25,8 @@ _FASTEST_RAD_PER_S = radians(800.0)
 # Cut-off of the filter at rest, and how much a turn opens it (Casiez, Roussel & Vogel 2012, the
 # one-euro filter): a still head does not tremble, a turning one does not lag.
 _REST_HZ, _OPENING_PER_RAD = 1.5, 4.0
-# The turning speed itself is smoothed with this cut-off.
-_SPEED_HZ = 8.0
+# What the filter is behind by counts as a speed that would catch it up within so long.
+_CATCHING_S = 0.05
 # Farther ahead a guess does more harm than lag.
 MOST_AHEAD_S = 0.08
 # After a gap this long the filter begins anew.
@@ -76,17 +76,17 @@ def filtered(before: Turning | None, turn: Quaternion, at_s: float) -> Turning:
             return before  # an older sample that came late
         return Turning(turn, np.zeros(3), at_s)
     passed_s = at_s - before.at_s
-    moved = rotation_vector(times(turn, conjugate(before.turn)))
-    speed = before.speed_rad_per_s + _share(_SPEED_HZ, passed_s) * (
-        moved / passed_s - before.speed_rad_per_s
-    )
+    # Where the head should be by now, and some of the way from there to where it was measured.
+    expected = times(turn_of(before.speed_rad_per_s * passed_s), before.turn)
+    rest = rotation_vector(times(turn, conjugate(expected)))
+    speed_now = float(np.linalg.norm(before.speed_rad_per_s) + np.linalg.norm(rest) / _CATCHING_S)
+    share = _share(_REST_HZ + _OPENING_PER_RAD * speed_now, passed_s)
+    # Kalata 1984: what the speed takes of the rest where the place takes ``share``, so that
+    # neither overshoots. Differences of noisy places would shake the guess.
+    speed = before.speed_rad_per_s + share**2 / (2.0 - share) / passed_s * rest
     size = float(np.linalg.norm(speed))
     if size > _FASTEST_RAD_PER_S:
-        speed *= _FASTEST_RAD_PER_S / size
-    # Where the head should be by now, and some of the way from there to where it was measured.
-    expected = times(turn_of(speed * passed_s), before.turn)
-    rest = rotation_vector(times(turn, conjugate(expected)))
-    share = _share(_REST_HZ + _OPENING_PER_RAD * size, passed_s)
+        speed = speed * (_FASTEST_RAD_PER_S / size)
     return Turning(unit(times(turn_of(share * rest), expected)), speed, at_s)
 
 

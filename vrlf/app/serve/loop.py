@@ -60,9 +60,15 @@ class Broadcast:
         far.close()
         for each in (theirs, *listening):
             each.close()
-        if not self._pipe.poll(_READY_S) or self._pipe.recv()[0] != "serving":
+        if not self._is_serving():
             self.release()
             raise DeviceError("serve: found its server's process not starting, wanted it to")
+
+    def _is_serving(self) -> bool:
+        try:
+            return self._pipe.poll(_READY_S) and self._pipe.recv()[0] == "serving"
+        except (EOFError, OSError):
+            return False
 
     def run(self, until: Callable[[], bool]) -> None:
         """Draw and send until ``until`` says so.

@@ -45,7 +45,7 @@ from vrlf.app.serve.wire import (
     message_of,
 )
 
-# Sockets that are let in at once; one more takes the place of the one that said nothing longest.
+# Sockets that are let in at once; one more takes the place of the one that showed nothing longest.
 MOST_PHONES: Final = 4
 MOST_CONNECTIONS: Final = 256
 # Frames on their way to a phone: one over the link while another is being put on the canvas.
@@ -54,6 +54,8 @@ _MESSAGES_A_SECOND, _MESSAGES_SAVED = 250.0, 500.0
 # To open a connection, to say hello, to show a frame.
 _OPENING_S, _STALLED_S = 5.0, 10.0
 _MOST_WAITING: Final = 64
+# A phone that showed a frame within so long is not let go for another.
+_LIVELY_S: Final = 2.0
 # A drawing process that has said nothing for so long is held for stuck.
 _STUCK_S: Final = 1.0
 
@@ -104,7 +106,8 @@ class Phone:
     # Number of each frame that is on its way: its encoding, and when its encoding began.
     on_the_way: dict[int, tuple[str, float]] = field(default_factory=dict)
     last_sent: int = 0
-    heard_s: float = field(default_factory=time.monotonic)
+    came_s: float = field(default_factory=time.monotonic)
+    shown_s: float | None = None
     fits: bool = False
     ready: asyncio.Event = field(default_factory=asyncio.Event)
 
@@ -225,9 +228,16 @@ class Server:
             self._tell(("phones", len(self._phones)))
 
     def _make_room(self) -> None:
-        """Let the one go that said nothing longest; it takes itself off the list."""
-        if len(self._phones) >= MOST_PHONES:
-            min(self._phones, key=lambda each: each.heard_s).socket.transport.abort()
+        """Let the one go that has shown nothing for longest; it leaves the list itself."""
+        if len(self._phones) < MOST_PHONES:
+            return
+        now_s = time.monotonic()
+
+        def liveliness(phone: Phone) -> tuple[bool, float]:
+            shown_s = phone.shown_s
+            return shown_s is not None and now_s - shown_s < _LIVELY_S, shown_s or phone.came_s
+
+        min(self._phones, key=liveliness).socket.transport.abort()
 
     async def _listen(self, phone: Phone) -> None:
         allowance = Allowance(_MESSAGES_A_SECOND, _MESSAGES_SAVED)
@@ -237,7 +247,6 @@ class Server:
             async for text in phone.socket:
                 if not allowance.take():
                     raise MessageError("too many messages")
-                phone.heard_s = time.monotonic()
                 await self._take(phone, message_of(text))
         except TimeoutError:
             await phone.socket.close(1008, "no hello")
@@ -264,6 +273,7 @@ class Server:
         elif isinstance(message, Shown):
             sent = phone.on_the_way.pop(message.number, None)
             if sent is not None:
+                phone.shown_s = time.monotonic()
                 phone.link.took(sent[0], 1e3 * (time.monotonic() - sent[1]))
             if message.photon_ms is not None:
                 self._tell(("photon", message.photon_ms, dict(phone.link.milliseconds)))
