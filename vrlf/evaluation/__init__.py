@@ -1,10 +1,11 @@
 """Numbers for what an eye perceives against what it should.
 
-========== ==========================================================
+========== ============================================================
 file       holds
-========== ==========================================================
+========== ============================================================
 shift      PSNR after the best shift of the whole picture
 measure    RMSE, PSNR and SSIM inside the border, after one gain
 fringes    colour that is seen where none was meant
-========== ==========================================================
+hdrvdp     HDR-VDP-2.2: which differences are seen, and how they spoil
+========== ============================================================
 """
