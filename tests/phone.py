@@ -21,7 +21,7 @@ from vrlf.app.serve.address import in_address, listen
 from vrlf.app.serve.door import Door, new_token
 from vrlf.app.serve.loop import Broadcast
 from vrlf.app.serve.server import Plan
-from vrlf.app.serve.wire import Measured
+from vrlf.app.serve.wire import ENCODINGS, Measured
 from vrlf.model import load_rig
 from vrlf.scene import HeadPose
 
@@ -73,14 +73,16 @@ class Stub:
 
 
 @contextmanager
-def broadcasting(stub: Any) -> Iterator[tuple[str, Broadcast]]:
+def broadcasting(
+    stub: Any, encodings: tuple[str, ...] = ENCODINGS
+) -> Iterator[tuple[str, Broadcast]]:
     """A server with its drawing loop in a thread; the page's address."""
     sock = listen("127.0.0.1", 0)
     port = sock.getsockname()[1]
     door = Door(new_token(), frozenset({in_address("127.0.0.1", port)}), "http")
 
     def plan(name: str, most_pixels: int) -> Plan:
-        return Plan(door, name, most_pixels, stub.size_px)
+        return Plan(door, name, most_pixels, stub.size_px, encodings=encodings)
 
     broadcast = Broadcast(stub, plan, [sock])
     is_over = threading.Event()

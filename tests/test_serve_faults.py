@@ -162,23 +162,25 @@ def test_stalled_phones_cost_the_good_one_nothing_much() -> None:
             return await frames(phone, seconds)
 
     async def both(address: str, seconds: float) -> int:
-        async def stalled() -> None:
-            parts = urlsplit(address)
-            with ExitStack() as opened:
-                for _ in range(100):
-                    wire = socket.create_connection((parts.hostname, parts.port), 10.0)
-                    opened.callback(wire.close)
-                    wire.sendall(handshake(address) + masked(HELLO))
-                    await asyncio.sleep(seconds / 150)
-                await asyncio.sleep(seconds / 3)
-
-        count, _ = await asyncio.gather(good(address, seconds), stalled())
+        count, _ = await asyncio.gather(good(address, seconds), stalled_phones(address, seconds))
         return int(count)
 
     with broadcasting(Stub()) as (address, _):
         assert run(good(address, 1.0)) > 5
         # How many it costs is measured by hand (``serve_by_hand.py``): here, that it is served.
         assert run(both(address, 3.0)) > 15
+
+
+async def stalled_phones(address: str, seconds: float) -> None:
+    """A hundred that say hello and then read nothing, one after the other."""
+    parts = urlsplit(address)
+    with ExitStack() as opened:
+        for _ in range(100):
+            wire = socket.create_connection((parts.hostname, parts.port), 10.0)
+            opened.callback(wire.close)
+            wire.sendall(handshake(address) + masked(HELLO))
+            await asyncio.sleep(seconds / 150)
+        await asyncio.sleep(seconds / 3)
 
 
 def handshake(address: str) -> bytes:

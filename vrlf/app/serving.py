@@ -24,6 +24,7 @@ from vrlf.app.options import (
 )
 from vrlf.app.preview.files import Files
 from vrlf.app.preview.state import state_folder
+from vrlf.app.serve.wire import ENCODINGS
 from vrlf.app.sources import SCENE, SourceOptions, open_live, source_options
 from vrlf.errors import DeviceError, InputError
 from vrlf.files import check_target
@@ -60,6 +61,13 @@ _PORT = 7433
     metavar="DIR",
     help="Where rigs that the phone measures or saves go.",
 )
+@click.option(
+    "--encoding",
+    type=click.Choice(["auto", *ENCODINGS]),
+    default="auto",
+    show_default=True,
+    help="How frames go over the link, all without loss; auto measures which is faster.",
+)
 @click.option("--no-qr", is_flag=True, help="Print the address alone, no QR code.")
 @json_option
 def serve(
@@ -69,6 +77,7 @@ def serve(
     cert: str | None,
     key: str | None,
     folder: str,
+    encoding: str,
     no_qr: bool,
     as_json: bool,
     **options: Any,
@@ -103,7 +112,7 @@ def serve(
         owned.callback(live.release)
         drawing = Drawing(device, rig, live, Files(choice, Path(folder)), Path(folder))
         owned.callback(drawing.release)
-        broadcast = Broadcast(drawing, where.plan_of(drawing.size_px), [where.socket])
+        broadcast = Broadcast(drawing, where.plan_of(drawing.size_px, encoding), [where.socket])
         owned.callback(broadcast.release)
         where.say(has_qr=not no_qr)
         if as_json:
@@ -145,13 +154,14 @@ class _Where:
             self.socket.close()
             raise
 
-    def plan_of(self, panel_px: tuple[int, int]) -> Any:
+    def plan_of(self, panel_px: tuple[int, int], encoding: str) -> Any:
         """For the server's process."""
         from vrlf.app.serve.server import Plan
 
         def plan(slots_name: str, most_pixels: int) -> Plan:
             cert, key = self._files or (None, None)
-            return Plan(self.door, slots_name, most_pixels, panel_px, cert, key)
+            encodings = ENCODINGS if encoding == "auto" else (encoding,)
+            return Plan(self.door, slots_name, most_pixels, panel_px, cert, key, encodings)
 
         return plan
 

@@ -34,6 +34,7 @@ from vrlf.app.serve.door import Allowance, Door, Patience, Refusal
 from vrlf.app.serve.page import page, page_headers
 from vrlf.app.serve.slots import Slots
 from vrlf.app.serve.wire import (
+    ENCODINGS,
     MOST_MESSAGE_BYTES,
     Hello,
     Link,
@@ -73,6 +74,8 @@ class Plan:
         Of the rig: no other screen is sent a frame.
     cert, key : Path or None
         For TLS.
+    encodings : tuple of str
+        Of ``wire.ENCODINGS``; of several the faster one is chosen for each phone.
     """
 
     door: Door
@@ -81,6 +84,7 @@ class Plan:
     panel_px: tuple[int, int]
     cert: Path | None = None
     key: Path | None = None
+    encodings: tuple[str, ...] = ENCODINGS
 
 
 def run_server(
@@ -102,7 +106,7 @@ class Phone:
     """One socket that was let in."""
 
     socket: ServerConnection
-    link: Link = field(default_factory=Link)
+    link: Link
     # Number of each frame that is on its way: its encoding, and when its encoding began.
     on_the_way: dict[int, tuple[str, float]] = field(default_factory=dict)
     last_sent: int = 0
@@ -214,7 +218,7 @@ class Server:
     # Phones
 
     async def _phone(self, connection: ServerConnection) -> None:
-        phone = Phone(connection)
+        phone = Phone(connection, Link(self._plan.encodings))
         self._make_room()
         self._phones.append(phone)
         sending = asyncio.create_task(self._send_frames(phone))

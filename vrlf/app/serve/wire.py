@@ -205,20 +205,20 @@ class Link:
     TRIED_EVERY = 90
     _SMOOTHING = 0.25
 
-    def __init__(self) -> None:
+    def __init__(self, encodings: tuple[str, ...] = ENCODINGS) -> None:
+        self._encodings = encodings
         self._ms: dict[str, float] = {}
         self._sent = 0
 
     def choose(self) -> str:
         """The encoding of the next frame."""
         self._sent += 1
-        untried = [each for each in ENCODINGS if each not in self._ms]
+        untried = [each for each in self._encodings if each not in self._ms]
         if untried:
             return untried[0]
-        best = min(ENCODINGS, key=lambda each: self._ms[each])
-        if self._sent % self.TRIED_EVERY == 0:
-            return next(each for each in ENCODINGS if each != best)
-        return best
+        best = min(self._encodings, key=lambda each: self._ms[each])
+        others = [each for each in self._encodings if each != best]
+        return others[0] if others and self._sent % self.TRIED_EVERY == 0 else best
 
     def took(self, encoding: str, milliseconds: float) -> None:
         """A frame was shown."""
