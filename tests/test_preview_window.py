@@ -387,3 +387,61 @@ def _drag(screen: Screen, button: str, start: tuple[int, int], end: tuple[int, i
         time.sleep(0.2)
     screen.mouse("mouseup", button)
     time.sleep(0.2)
+
+
+def test_a_phone_shows_the_windows_panel_image_and_its_keys_are_the_windows(
+    opened: Any, folder: Path, screen: Screen
+) -> None:
+    """The QR code on the screen is the address, module by module; frames are the panel image."""
+    import asyncio
+    import json
+
+    import segno
+    from test_serve_faults import dial, unpacked
+
+    window = opened(str(folder / "target.png"), "--phone")
+    window.eventually(lambda: "http://" in window.said(), "the address")
+    address = next(word for word in window.said().split() if word.startswith("http://"))
+    matrix = np.array(segno.make(address, micro=False).matrix, bool)
+
+    def has_code() -> bool:
+        dark = screen.pixels().max(axis=2) < 40
+        side = 5 * len(matrix)
+        big = np.kron(matrix, np.ones((5, 5), bool))
+        # It stands in the lower right corner, its place a matter of the window's frame.
+        for top in range(dark.shape[0] - side - 80, dark.shape[0] - side + 1):
+            for left in range(dark.shape[1] - side - 60, dark.shape[1] - side + 1):
+                if np.array_equal(dark[top : top + side : 29, left : left + side : 31],
+                                  big[::29, ::31]) and np.array_equal(
+                    dark[top : top + side, left : left + side], big
+                ):  # fmt: skip
+                    return True
+        return False
+
+    window.eventually(has_code, "the QR code")
+    screen.keys("p")
+
+    async def talk() -> tuple[np.ndarray, str]:
+        async with dial(address) as phone:
+            hello = {"t": "hello", "width": 97, "height": 60, "ratio": 1}
+            await phone.send(json.dumps(hello))
+            for chord in ("1", "down", "down"):
+                await phone.send(json.dumps({"t": "key", "chord": chord}))
+            frame, words = b"", ""
+            while True:
+                try:
+                    data = await asyncio.wait_for(phone.recv(), 4.0 if frame else 30.0)
+                except TimeoutError:
+                    return np.frombuffer(frame, np.uint8).reshape(60, 97, 3), words
+                if isinstance(data, str):
+                    words = json.loads(data).get("left", words)
+                    continue
+                number, frame = unpacked(data)
+                await phone.send(json.dumps({"t": "shown", "number": number, "photon": None}))
+
+    shown, _ = asyncio.run(talk())
+    window.shot()
+    rig = ["-r", str(folder / "rig.toml"), "--set", "left.sphere_d=-5.0"]
+    panel = str(folder / "panel.png")
+    assert call("prefilter", str(folder / "target.png"), *rig, "-o", panel).status == 0
+    assert np.array_equal(shown, read_codes(folder / "panel.png"))

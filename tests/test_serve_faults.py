@@ -18,7 +18,8 @@ from phone import Stub, broadcasting, wait_for
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatus
 
-from vrlf.app.serve.server import MOST_CONNECTIONS, MOST_PHONES
+from vrlf.app.serve.phones import MOST_PHONES
+from vrlf.app.serve.server import MOST_CONNECTIONS
 
 HELLO = json.dumps({"t": "hello", "width": 320, "height": 180, "ratio": 2})
 FRAME_BYTES = 32 + 3 * 640 * 360

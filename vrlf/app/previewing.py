@@ -22,6 +22,7 @@ from vrlf.app.options import (
 )
 from vrlf.app.preview.session import VIEWS, Session
 from vrlf.app.preview.state import State, load_state, save_state
+from vrlf.app.serving import require_server
 from vrlf.app.sources import SCENE, SourceOptions, is_chart, open_live, source_options
 from vrlf.errors import DeviceError, InputError
 from vrlf.files import check_target, shown
@@ -45,6 +46,8 @@ class Wish:
         For screenshots and new rigs.
     rays : int
     fullscreen : bool
+    phone_host : str or None
+        Where to listen for a phone, if one is to be served.
     """
 
     source: str
@@ -55,6 +58,7 @@ class Wish:
     folder: Path
     rays: int
     fullscreen: bool
+    phone_host: str | None = None
 
 
 @click.command(short_help="The live window: prescriptions by keyboard, both eyes' views.")
@@ -71,6 +75,18 @@ class Wish:
     help="The monitor for fullscreen, counted from 1 (a phone that is connected as one).",
 )
 @click.option(
+    "--phone",
+    is_flag=True,
+    help="Serve the panel image to a phone too, as 'vrlf serve' does; P shows its QR code.",
+)
+@click.option(
+    "--host",
+    default="127.0.0.1",
+    show_default=True,
+    metavar="ADDRESS",
+    help="With --phone: the address to listen on, 0.0.0.0 for a phone on the same network.",
+)
+@click.option(
     "--folder",
     default=".",
     show_default=True,
@@ -83,6 +99,8 @@ def preview(
     view: Any,
     fullscreen: bool,
     monitor: int | None,
+    phone: bool,
+    host: str,
     folder: str,
     **options: Any,
 ) -> None:
@@ -116,6 +134,7 @@ def preview(
         folder=Path(folder),
         rays=rays,
         fullscreen=fullscreen,
+        phone_host=host if phone else None,
     )
     _say_if(save_state(show(wish)))
 
@@ -138,6 +157,8 @@ def show(wish: Wish) -> State:
         opening = Opening(wish.rays, wish.state.monitor, wish.fullscreen)
         preview = Preview(window, device, wish.session, live, files, opening)
         owned.callback(preview.release)
+        if wish.phone_host is not None:
+            _serve_phone(preview, device, wish, wish.phone_host, owned)
         session = preview.run()
         return State(
             rig=_lasting(files.name),
@@ -148,6 +169,27 @@ def show(wish: Wish) -> State:
             has_panels=session.has_panels,
             monitor=preview.monitor,
         )
+
+
+def _serve_phone(preview: Any, device: Any, wish: Wish, host: str, owned: ExitStack) -> None:
+    """Let the window have a phone that shows its panel image too."""
+    require_server("preview --phone")
+    from vrlf.app.preview.companion import Companion
+    from vrlf.app.serve.loop import Broadcast
+    from vrlf.app.serve.mirrored import Mirrored
+    from vrlf.app.serve.where import Where
+
+    where = Where(host, 0, None, None)
+    owned.callback(where.close)
+    mirrored = Mirrored(preview, device, wish.folder, wish.choice.name)
+    owned.callback(mirrored.release)
+    broadcast = Broadcast(mirrored, where.plan_of(mirrored.size_px, "auto"), [where.socket])
+    owned.callback(broadcast.release)
+    preview.companion = Companion(broadcast, where.modules())
+    preview.session = replace(preview.session, has_phone=True)
+    for line in where.words(has_qr=False):
+        say(line)
+    say(where.url)
 
 
 def _require_panels() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import io
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -23,7 +22,6 @@ from vrlf.app.options import (
     whole_number,
 )
 from vrlf.app.preview.files import Files
-from vrlf.app.preview.state import state_folder
 from vrlf.app.serve.wire import ENCODINGS
 from vrlf.app.sources import SCENE, SourceOptions, open_live, source_options
 from vrlf.errors import DeviceError, InputError
@@ -94,9 +92,10 @@ def serve(
       vrlf serve scene -r mine.toml
       vrlf serve orrery -r mine.toml --host 0.0.0.0
     """
-    _require("websockets")
+    require_server("serve")
     from vrlf.app.serve.drawing import Drawing
     from vrlf.app.serve.loop import Broadcast
+    from vrlf.app.serve.where import Where
 
     choice = rig_choice(options)
     rig = choice.load()
@@ -105,7 +104,7 @@ def serve(
     if (cert is None) != (key is None):
         raise InputError("--cert, --key: found one of the two, wanted both or none")
     with ExitStack() as owned:
-        where = _Where(host, port, cert, key)
+        where = Where(host, port, cert, key)
         owned.callback(where.close)
         device = owned.enter_context(Device.headless())
         live = open_live(source or SCENE, rig, device, SourceOptions(**options))
@@ -114,7 +113,8 @@ def serve(
         owned.callback(drawing.release)
         broadcast = Broadcast(drawing, where.plan_of(drawing.size_px, encoding), [where.socket])
         owned.callback(broadcast.release)
-        where.say(has_qr=not no_qr)
+        for line in where.words(has_qr=not no_qr):
+            say(line)
         if as_json:
             put_json({"url": where.url, "width": rig.panel.width_px, "height": rig.panel.height_px})
         else:
@@ -122,69 +122,6 @@ def serve(
         with _told_to_stop() as until:
             broadcast.run(until)
     say("stopped")
-
-
-class _Where:
-    """Owns the listening socket; knows the address that a phone is given."""
-
-    def __init__(self, host: str, port: int, cert: str | None, key: str | None) -> None:
-        from vrlf.app.serve.address import addresses, in_address, listen
-        from vrlf.app.serve.certificate import own_certificate, tls_context
-        from vrlf.app.serve.door import Door, new_token
-
-        self.socket = listen(host, port)
-        try:
-            self.port = self.socket.getsockname()[1]
-            found = addresses(host)
-            self._files: tuple[Path, Path] | None = None
-            if cert is not None and key is not None:
-                self._files = (Path(cert), Path(key))
-            elif not found.is_loopback:
-                self._files = own_certificate(state_folder() / "serve", found.all)
-            if self._files is not None:
-                tls_context(*self._files)  # a wrong one is said now
-            self._is_own = cert is None
-            scheme = "https" if self._files else "http"
-            hosts = frozenset(in_address(each, self.port).lower() for each in found.all)
-            if cert is not None:  # whatever name the certificate is for
-                hosts |= {in_address(host, self.port)}
-            self.door = Door(new_token(), hosts, scheme)
-            self.url = f"{scheme}://{in_address(found.best, self.port)}{self.door.path}"
-        except BaseException:
-            self.socket.close()
-            raise
-
-    def plan_of(self, panel_px: tuple[int, int], encoding: str) -> Any:
-        """For the server's process."""
-        from vrlf.app.serve.server import Plan
-
-        def plan(slots_name: str, most_pixels: int) -> Plan:
-            cert, key = self._files or (None, None)
-            encodings = ENCODINGS if encoding == "auto" else (encoding,)
-            return Plan(self.door, slots_name, most_pixels, panel_px, cert, key, encodings)
-
-        return plan
-
-    def say(self, *, has_qr: bool) -> None:
-        """The QR code, and what the phone will ask about."""
-        if self._files and self._is_own:
-            from vrlf.app.serve.certificate import fingerprint
-
-            say(f"the phone warns once of this certificate, SHA-256 {fingerprint(self._files[0])}")
-        if not has_qr:
-            return
-        if importlib.util.find_spec("segno") is None:
-            say("no QR code: found no segno; pip install 'vrlf[serve]'")
-            return
-        import segno
-
-        text = io.StringIO()
-        segno.make(self.url, micro=False).terminal(out=text, compact=True)
-        say(text.getvalue())
-
-    def close(self) -> None:
-        """Give the socket back."""
-        self.socket.close()
 
 
 @contextmanager
@@ -200,6 +137,8 @@ def _told_to_stop() -> Iterator[Callable[[], bool]]:
             signal.signal(number, handler)
 
 
-def _require(name: str) -> None:
-    if importlib.util.find_spec(name) is None:
-        raise DeviceError(f"serve: found no {name}, wanted it; pip install 'vrlf[serve]'")
+def require_server(command: str) -> None:
+    """Say how to get what a server needs, where it is missing."""
+    for name in ("websockets", "segno"):
+        if importlib.util.find_spec(name) is None:
+            raise DeviceError(f"{command}: found no {name}, wanted it; pip install 'vrlf[serve]'")

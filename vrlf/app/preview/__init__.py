@@ -14,6 +14,7 @@ fading     ``Guard``: faults are held off the eyes
 panels     Dear ImGui: sliders, help, frame times, messages
 mouse      divider, zoom, moving, looking around
 files      the rig's file, screenshots
+companion  ``Companion``: a phone that shows the panel image too
 state      what is remembered from one time to the next
 loop       ``Preview``: the window, and what its keys do with files and clock
 ========== ======================================================================

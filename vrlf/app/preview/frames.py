@@ -79,7 +79,7 @@ class Frames:
         self._aligned: Texture | None = None
         self._settled = 0
         # Counts what was computed; what was shown of it last is not shown again.
-        self._version = 0
+        self._version = self._panels = 0
         self._put: Any = None
         self._failure: VrlfError | None = None
         self._looks = {name: Refining() for name in LOOKS}
@@ -125,6 +125,11 @@ class Frames:
         """What the window shows (kind f1, row 0 the lowest)."""
         assert self._canvas is not None
         return self._canvas
+
+    @property
+    def panel(self) -> tuple[int, Texture]:
+        """What the panel shows (rgba32f, linear light), and a number that changes with it."""
+        return self._panels, self._aligned or self.stream.panel
 
     @property
     def last_canvas(self) -> Texture | None:
@@ -258,6 +263,7 @@ class Frames:
         else:
             self._align(rig, screen)
         self._version += 1
+        self._panels += 1
         self._panel_of = (rig, screen)
         view = viewport(rig, "left")
         for look in self._looks.values():

@@ -83,6 +83,7 @@ GROUPS: tuple[Group, ...] = (
             Key("f1", "help", "this list"),
             Key("f5", "shaders", "reload the shaders; a faulty one changes nothing"),
             Key("f11", "fullscreen", "fullscreen, or a window again"),
+            Key("p", "phone", "show or hide the QR code for a phone (vrlf preview --phone)"),
             Key("ctrl+m", "monitor", "the next monitor"),
             Key("f12", "screenshot", "save what is shown, the rig in the file"),
             Key("shift+f12", "screenshot_all", "the same with the panels"),

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from vrlf.app.options import say
 from vrlf.app.preview.chords import WALKING, chord_of
+from vrlf.app.preview.companion import Companion
 from vrlf.app.preview.fading import Guard, words_of
 from vrlf.app.preview.files import Files, as_loaded
 from vrlf.app.preview.frames import LOOKS, Frames, Moment
@@ -79,6 +80,8 @@ class Preview:
         self._last_watch_s = 0.0
         # What waits for the frame to be drawn.
         self._pending: list[Callable[[], None]] = []
+        # A phone that shows the panel image too, if there is to be one.
+        self.companion: Companion | None = None
         # The window's own key callback comes first; ImGui's chains to it.
         window.on_key(self._key)
         self._owned = ExitStack()
@@ -138,6 +141,8 @@ class Preview:
         shown = placed(self.session, size)
         began_s = time.perf_counter()
         has_more = self._frame(shown, size, passed_s)
+        if self.companion is not None and self.companion.turn(now_s, passed_s):
+            self._awake = _WAKE_FRAMES
         self._panels.end()
         while self._pending:
             self._pending.pop(0)()
@@ -160,6 +165,15 @@ class Preview:
         self._clock.tick(time.perf_counter())
 
     # What happened
+
+    def take_chord(self, chord: str) -> None:
+        """A key that was pressed elsewhere."""
+        self._chords.append((chord, False))
+
+    @property
+    def frames(self) -> Frames:
+        """For what shows their pictures elsewhere."""
+        return self._frames
 
     def _key(self, key: int, code: int, mods: int) -> None:
         chord = chord_of(key, code, mods)
@@ -373,6 +387,7 @@ class Preview:
             intervals_ms=np.asarray(self._clock.intervals_ms),
             period_ms=self._clock.period_ms,
             timing=told(self._clock, steps_ms),
+            phone=self.companion.status if self.companion is not None else None,
         )
 
     def release(self) -> None:

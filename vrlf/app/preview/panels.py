@@ -33,6 +33,7 @@ from vrlf.resources import assets_dir
 _FONT_PX = 16.0
 _PANEL_WIDTH = 340.0
 _CHORD_WIDTH = 175.0
+_MODULE_PX = 5.0
 _FIXED = (
     imgui.WindowFlags_.no_collapse
     | imgui.WindowFlags_.no_saved_settings
@@ -40,6 +41,22 @@ _FIXED = (
     | imgui.WindowFlags_.always_auto_resize
 )
 _BARE = _FIXED | imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_inputs
+
+
+@dataclass(frozen=True)
+class Phone:
+    """What the window says of a phone that shows the panel image.
+
+    Attributes
+    ----------
+    modules : rows of bool
+        The address's QR code; True is dark.
+    words : str
+        How many there are, and how fast.
+    """
+
+    modules: tuple[tuple[bool, ...], ...]
+    words: str
 
 
 @dataclass(frozen=True)
@@ -58,6 +75,8 @@ class Status:
         The display's.
     timing : sequence of str
         Frame times in words.
+    phone : Phone or None
+        Where a phone is served.
     """
 
     rig: str
@@ -65,6 +84,7 @@ class Status:
     intervals_ms: Any
     period_ms: float
     timing: Sequence[str]
+    phone: Phone | None = None
 
 
 class Panels:
@@ -110,6 +130,8 @@ class Panels:
             self._is_field_new = True
         if session.has_timing:
             _timing_panel(status)
+        if session.has_phone:
+            _phone_panel(status.phone)
         if session.has_help:
             _help_panel()
         _status_line(session, status)
@@ -297,6 +319,35 @@ def _timing_panel(status: Status) -> None:
     for line in status.timing:
         imgui.text_unformatted(line)
     imgui.end()
+
+
+def _phone_panel(phone: Phone | None) -> None:
+    view = imgui.get_main_viewport()
+    corner = imgui.ImVec2(view.size.x - 8, view.size.y - 8)
+    imgui.set_next_window_pos(corner, imgui.Cond_.always, imgui.ImVec2(1.0, 1.0))
+    imgui.begin("Phone (P closes)", None, _FIXED | imgui.WindowFlags_.no_inputs)
+    if phone is None:
+        imgui.text_unformatted("vrlf preview --phone serves one")
+    else:
+        _qr_code(phone.modules)
+        imgui.text_unformatted(phone.words)
+    imgui.end()
+
+
+def _qr_code(modules: tuple[tuple[bool, ...], ...]) -> None:
+    """Dark on light, whatever the style: cameras want it so."""
+    draw, corner = imgui.get_window_draw_list(), imgui.get_cursor_screen_pos()
+    side = _MODULE_PX * len(modules)
+    end = imgui.ImVec2(corner.x + side, corner.y + side)
+    draw.add_rect_filled(corner, end, 0xFFFFFFFF)
+    for row, line in enumerate(modules):
+        y = corner.y + _MODULE_PX * row
+        for column, is_dark in enumerate(line):
+            if is_dark:
+                x = corner.x + _MODULE_PX * column
+                far = imgui.ImVec2(x + _MODULE_PX, y + _MODULE_PX)
+                draw.add_rect_filled(imgui.ImVec2(x, y), far, 0xFF000000)
+    imgui.dummy(imgui.ImVec2(side, side))
 
 
 def _status_line(session: Session, status: Status) -> None:

@@ -104,6 +104,7 @@ class Session:
     has_help: bool = False
     has_panels: bool = True
     has_timing: bool = False
+    has_phone: bool = False
     is_typing: bool = False
     past: tuple[Rig, ...] = ()
     future: tuple[Rig, ...] = ()
@@ -314,6 +315,7 @@ _ACTIONS: Mapping[str, Callable[[Session, Press], Session]] = {
     "loupe": _toggle("has_loupe"),
     "panels": _toggle("has_panels"),
     "timing": _toggle("has_timing"),
+    "phone": _toggle("has_phone"),
     "help": _toggle("has_help"),
     "play": _toggle("is_playing"),
     "alignment": _align,

@@ -113,33 +113,11 @@ class Drawing:
 
     def write_panel(self, measured: Measured) -> str:
         """Write a rig with the panel that was measured; what to say of it."""
-        width, height = measured.size_px
-        tables = self.session.rig.model_dump(mode="json", by_alias=True)
-        tables["panel"] |= {
-            "width_px": width,
-            "height_px": height,
-            "pixel_pitch_um": round(measured.pixel_pitch_um, 2),
-        }
-        path = self._folder / f"phone-{width}x{height}.toml"
-        try:
-            if path.exists():
-                return f"{shown(path)} is there already; move it away first"
-            check_target(path)
-            rig = rig_from_tables(tables, source="the phone's panel")
-            new_rig_file(path, rig, self._files.name)
-        except VrlfError as error:
-            return str(error)
-        return f"wrote {shown(path)}: vrlf serve -r {shown(path)}"
+        return write_panel(measured, self.session.rig, self._folder, self._files.name)
 
     def prompts(self) -> tuple[str, str]:
         """For each eye its prescription, marked where keys change it."""
-        session = self.session
-
-        def words(side: str) -> str:
-            mark = "> " if side in session.sides else ""
-            return f"{mark}{side}  {written(getattr(session.rig, side))}"
-
-        return words("left"), words("right")
+        return eye_words(self.session)
 
     # Frames
 
@@ -202,3 +180,41 @@ class Drawing:
         """Give the frames back."""
         with ExitStack() as owned:
             owned.callback(self._frames.release)
+
+
+def eye_words(session: Session) -> tuple[str, str]:
+    """For each eye its prescription, marked where keys change it."""
+
+    def words(side: str) -> str:
+        mark = "> " if side in session.sides else ""
+        return f"{mark}{side}  {written(getattr(session.rig, side))}"
+
+    return words("left"), words("right")
+
+
+def write_panel(measured: Measured, rig: Rig, folder: Path, extends: str) -> str:
+    """Write a rig with the panel that was measured; what to say of it.
+
+    Parameters
+    ----------
+    measured : Measured
+    rig : Rig
+        Of which all but the panel's size stays.
+    folder : Path
+        Where it goes; no file that is there is replaced.
+    extends : str
+        The rig that the new file extends.
+    """
+    width, height = measured.size_px
+    tables = rig.model_dump(mode="json", by_alias=True)
+    pitch_um = round(measured.pixel_pitch_um, 2)
+    tables["panel"] |= {"width_px": width, "height_px": height, "pixel_pitch_um": pitch_um}
+    path = folder / f"phone-{width}x{height}.toml"
+    try:
+        if path.exists():
+            return f"{shown(path)} is there already; move it away first"
+        check_target(path)
+        new_rig_file(path, rig_from_tables(tables, source="the phone's panel"), extends)
+    except VrlfError as error:
+        return str(error)
+    return f"wrote {shown(path)}: vrlf serve -r {shown(path)}"

@@ -9,10 +9,13 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from vrlf.app.options import say
-from vrlf.app.serve.drawing import Drawing
+from vrlf.app.preview.session import Session
 from vrlf.app.serve.head import Turning, filtered, head_pose, heading_deg, predicted, screen_turn
 from vrlf.app.serve.server import Plan, run_server
 from vrlf.app.serve.slots import Slots, Stamp
@@ -26,12 +29,36 @@ _READY_S = 20.0
 _SMOOTHING = 0.1
 
 
+class Shows(Protocol):
+    """What is sent and what hears the phones: ``Drawing``, or ``Mirrored`` beside a window."""
+
+    session: Session
+    has_latency: bool
+    fault: str
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Of the panel."""
+
+    def frame(self, head: HeadPose, passed_s: float, /) -> NDArray[np.uint8] | None:
+        """The next panel image's codes, or None where it would be the last one again."""
+
+    def press(self, chord: str) -> str:
+        """Do what a key does; what to say of it."""
+
+    def prompts(self) -> tuple[str, str]:
+        """What to say before each eye."""
+
+    def write_panel(self, measured: Measured) -> str:
+        """Write a rig with the panel that was measured; what to say of it."""
+
+
 class Broadcast:
     """Owns the server's process and the shared memory; the drawing is its maker's."""
 
     def __init__(
         self,
-        drawing: Drawing,
+        drawing: Shows,
         make_plan: Callable[[str, int], Plan],
         listening: list[socket.socket],
     ) -> None:

@@ -18,20 +18,21 @@ import socket
 import time
 from collections.abc import AsyncIterator, Coroutine
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from http import HTTPStatus
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
 
 from websockets.asyncio.server import ServerConnection, serve
-from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
+from vrlf.app.serve.answers import answer, header_lists
 from vrlf.app.serve.certificate import tls_context
 from vrlf.app.serve.door import Allowance, Door, Patience, Refusal
-from vrlf.app.serve.page import page, page_headers
+from vrlf.app.serve.page import page
+from vrlf.app.serve.phones import Phone, make_room
 from vrlf.app.serve.slots import Slots
 from vrlf.app.serve.wire import (
     ENCODINGS,
@@ -46,8 +47,6 @@ from vrlf.app.serve.wire import (
     message_of,
 )
 
-# Sockets that are let in at once; one more takes the place of the one that showed nothing longest.
-MOST_PHONES: Final = 4
 MOST_CONNECTIONS: Final = 256
 # Frames on their way to a phone: one over the link while another is being put on the canvas.
 _ON_THE_WAY: Final = 2
@@ -55,8 +54,6 @@ _MESSAGES_A_SECOND, _MESSAGES_SAVED = 250.0, 500.0
 # To open a connection, to say hello, to show a frame.
 _OPENING_S, _STALLED_S = 5.0, 10.0
 _MOST_WAITING: Final = 64
-# A phone that showed a frame within so long is not let go for another.
-_LIVELY_S: Final = 2.0
 # A drawing process that has said nothing for so long is held for stuck.
 _STUCK_S: Final = 1.0
 
@@ -99,21 +96,6 @@ def run_server(
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
     with Slots(plan.most_pixels, name=plan.slots_name) as slots:
         asyncio.run(Server(plan, slots, bell, pipe).run(listening))
-
-
-@dataclass(eq=False)
-class Phone:
-    """One socket that was let in."""
-
-    socket: ServerConnection
-    link: Link
-    # Number of each frame that is on its way: its encoding, and when its encoding began.
-    on_the_way: dict[int, tuple[str, float]] = field(default_factory=dict)
-    last_sent: int = 0
-    came_s: float = field(default_factory=time.monotonic)
-    shown_s: float | None = None
-    fits: bool = False
-    ready: asyncio.Event = field(default_factory=asyncio.Event)
 
 
 class Guarded(ServerConnection):
@@ -203,7 +185,7 @@ class Server:
 
     def _request(self, connection: ServerConnection, request: Request) -> Response | None:
         """The page, leave to open the socket, or a refusal that says next to nothing."""
-        headers = _lists(request.headers)
+        headers = header_lists(request.headers)
         found = self._plan.door.admits(request.path, headers)
         if found == "socket":
             return None
@@ -212,14 +194,14 @@ class Server:
             if self._patience.is_over(address):
                 connection.transport.abort()
             self._patience.refused(address)
-            return _answer(HTTPStatus(found.status), b"", "text/plain")
-        return _answer(HTTPStatus.OK, page(), "text/html; charset=utf-8")
+            return answer(HTTPStatus(found.status), b"", "text/plain")
+        return answer(HTTPStatus.OK, page(), "text/html; charset=utf-8")
 
     # Phones
 
     async def _phone(self, connection: ServerConnection) -> None:
         phone = Phone(connection, Link(self._plan.encodings))
-        self._make_room()
+        make_room(self._phones)
         self._phones.append(phone)
         sending = asyncio.create_task(self._send_frames(phone))
         try:
@@ -230,18 +212,6 @@ class Server:
             sending.cancel()
             self._phones.remove(phone)
             self._tell(("phones", len(self._phones)))
-
-    def _make_room(self) -> None:
-        """Let the one go that has shown nothing for longest; it leaves the list itself."""
-        if len(self._phones) < MOST_PHONES:
-            return
-        now_s = time.monotonic()
-
-        def liveliness(phone: Phone) -> tuple[bool, float]:
-            shown_s = phone.shown_s
-            return shown_s is not None and now_s - shown_s < _LIVELY_S, shown_s or phone.came_s
-
-        min(self._phones, key=liveliness).socket.transport.abort()
 
     async def _listen(self, phone: Phone) -> None:
         allowance = Allowance(_MESSAGES_A_SECOND, _MESSAGES_SAVED)
@@ -400,20 +370,3 @@ class Server:
                 waits = [began_s for _, began_s in phone.on_the_way.values()]
                 if waits and now_s - min(waits) > _STALLED_S:
                     phone.socket.transport.abort()
-
-
-def _lists(headers: Headers) -> dict[str, list[str]]:
-    names = {name.lower() for name in headers}
-    return {name: headers.get_all(name) for name in names}
-
-
-def _answer(status: HTTPStatus, body: bytes, kind: str) -> Response:
-    headers = Headers(
-        [
-            *page_headers(),
-            ("Content-Type", kind),
-            ("Content-Length", str(len(body))),
-            ("Connection", "close"),
-        ]
-    )
-    return Response(status.value, status.phrase, headers, body)
