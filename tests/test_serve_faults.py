@@ -150,7 +150,8 @@ def test_another_screen_is_sent_no_frame() -> None:
         found = run(look(address))
     assert all(isinstance(each, str) for each in found)
     assert json.loads(found[0]) == {
-        "t": "rig", "width": 640, "height": 360, "fits": False, "screen": [642, 360]
+        "t": "rig", "width": 640, "height": 360, "fits": False, "screen": [642, 360],
+        "axes": [0.25, 0.75]
     }  # fmt: skip
 
 

@@ -160,6 +160,7 @@ function sayLatency() {
     `${mean("waited").toFixed(0)}, drawing ${mean("drawn").toFixed(0)}, packing ` +
     `${mean("encoded").toFixed(0)}, unpacking ${mean("decoded").toFixed(0)}, link and screen ` +
     `${rest.toFixed(0)}`;
+  at("latency").hidden = !state.hasLatency;
 }
 
 // The socket
@@ -197,13 +198,17 @@ function heard(message) {
   if (message.t === "rig") {
     state.rig = message;
     state.fits = message.fits;
+    ["prompt-left", "prompt-right"].forEach((id, eye) => {
+      at(id).style.left = `${100 * message.axes[eye]}%`;
+    });
     place();
     check();
   } else if (message.t === "again") {
     hello();
   } else if (message.t === "say") {
     prompt(message.left, message.right);
-    at("latency").hidden = !message.latency;
+    state.hasLatency = Boolean(message.latency);
+    at("latency").hidden = !(state.hasLatency && at("latency").textContent);
   } else if (message.t === "held") {
     state.isHeld = true;
   } else if (message.t === "going") {
@@ -225,7 +230,14 @@ function prompt(left, right) {
 
 // A fault holds the last picture, then gives way to grey slowly: nothing flashes.
 let brokenSinceMs = null;
+let ratioSeen = window.devicePixelRatio;
 setInterval(() => {
+  // Another ratio of pixels alone is no event that every browser gives.
+  if (ratioSeen !== window.devicePixelRatio) {
+    ratioSeen = window.devicePixelRatio;
+    hello();
+    check();
+  }
   const isBroken = !state.isOpen || state.isHeld;
   if (!isBroken) brokenSinceMs = null;
   else if (brokenSinceMs === null) brokenSinceMs = performance.now();
@@ -357,7 +369,12 @@ function measure() {
   at("pitch").textContent = `One pixel is ${pitch.toFixed(2)} um.`;
   return pitch;
 }
-at("measure").addEventListener("click", () => { at("ruler").hidden = !at("ruler").hidden; measure(); });
+at("measure").addEventListener("click", () => {
+  // Wider than the screen no bar can be.
+  at("length").max = Math.max(screen.width, screen.height);
+  at("ruler").hidden = !at("ruler").hidden;
+  measure();
+});
 at("length").addEventListener("input", measure);
 at("keep").addEventListener("click", () => {
   const ratio = window.devicePixelRatio;
@@ -378,13 +395,6 @@ function watchBox() {
 for (const event of ["resize", "orientationchange", "fullscreenchange"]) {
   window.addEventListener(event, () => { if (state.isOpen) hello(); check(); });
 }
-// Another ratio of pixels alone is no resize.
-function watchRatio() {
-  const query = matchMedia(`(resolution: ${window.devicePixelRatio}dppx)`);
-  query.addEventListener("change", () => { hello(); check(); watchRatio(); }, { once: true });
-}
-
 watchBox();
-watchRatio();
 connect();
 check();

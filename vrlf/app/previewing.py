@@ -183,7 +183,7 @@ def _serve_phone(preview: Any, device: Any, wish: Wish, host: str, owned: ExitSt
     owned.callback(where.close)
     mirrored = Mirrored(preview, device, wish.folder, wish.choice.name)
     owned.callback(mirrored.release)
-    broadcast = Broadcast(mirrored, where.plan_of(mirrored.size_px, "auto"), [where.socket])
+    broadcast = Broadcast(mirrored, where.plan_of(preview.session.rig, "auto"), [where.socket])
     owned.callback(broadcast.release)
     preview.companion = Companion(broadcast, where.modules())
     preview.session = replace(preview.session, has_phone=True)

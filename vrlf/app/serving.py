@@ -111,7 +111,7 @@ def serve(
         owned.callback(live.release)
         drawing = Drawing(device, rig, live, Files(choice, Path(folder)), Path(folder))
         owned.callback(drawing.release)
-        broadcast = Broadcast(drawing, where.plan_of(drawing.size_px, encoding), [where.socket])
+        broadcast = Broadcast(drawing, where.plan_of(rig, encoding), [where.socket])
         owned.callback(broadcast.release)
         for line in where.words(has_qr=not no_qr):
             say(line)

@@ -73,6 +73,8 @@ class Plan:
         For TLS.
     encodings : tuple of str
         Of ``wire.ENCODINGS``; of several the faster one is chosen for each phone.
+    axes : (left, right)
+        Where the eyes' axes meet the panel, shares of its width: words are put there.
     """
 
     door: Door
@@ -82,6 +84,7 @@ class Plan:
     cert: Path | None = None
     key: Path | None = None
     encodings: tuple[str, ...] = ENCODINGS
+    axes: tuple[float, float] = (0.25, 0.75)
 
 
 def run_server(
@@ -232,10 +235,15 @@ class Server:
             raise MessageError("wanted hello first")
         long, short = sorted(self._panel_px, reverse=True)
         phone.fits = message.device_px == (long, short)
-        await phone.socket.send(
-            json.dumps({"t": "rig", "width": self._panel_px[0], "height": self._panel_px[1],
-                        "fits": phone.fits, "screen": list(message.device_px)})
-        )  # fmt: skip
+        told = {
+            "t": "rig",
+            "width": self._panel_px[0],
+            "height": self._panel_px[1],
+            "fits": phone.fits,
+            "screen": list(message.device_px),
+            "axes": self._plan.axes,
+        }
+        await phone.socket.send(json.dumps(told))
         if self._said:
             await phone.socket.send(json.dumps(self._said))
         self._tell(("hello", message.device_px, phone.fits, len(self._phones)))

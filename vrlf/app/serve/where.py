@@ -14,6 +14,8 @@ from vrlf.app.serve.certificate import fingerprint, own_certificate, tls_context
 from vrlf.app.serve.door import Door, new_token
 from vrlf.app.serve.server import Plan
 from vrlf.app.serve.wire import ENCODINGS
+from vrlf.model import Rig
+from vrlf.optics.viewport import axis_in_viewport_px, viewport
 
 
 class Where:
@@ -42,13 +44,15 @@ class Where:
             self.socket.close()
             raise
 
-    def plan_of(self, panel_px: tuple[int, int], encoding: str) -> Callable[[str, int], Plan]:
+    def plan_of(self, rig: Rig, encoding: str) -> Callable[[str, int], Plan]:
         """For the server's process."""
 
         def plan(slots_name: str, most_pixels: int) -> Plan:
             cert, key = self._files or (None, None)
             encodings = ENCODINGS if encoding == "auto" else (encoding,)
-            return Plan(self.door, slots_name, most_pixels, panel_px, cert, key, encodings)
+            panel_px = rig.panel.width_px, rig.panel.height_px
+            door, axes = self.door, eye_axes(rig)
+            return Plan(door, slots_name, most_pixels, panel_px, cert, key, encodings, axes)
 
         return plan
 
@@ -73,3 +77,11 @@ class Where:
     def close(self) -> None:
         """Give the socket back."""
         self.socket.close()
+
+
+def eye_axes(rig: Rig) -> tuple[float, float]:
+    """Where the eyes' axes meet the panel, shares of its width; well within each eye's half."""
+    view = viewport(rig, "left")
+    share = float(axis_in_viewport_px(rig, view)[0]) / rig.panel.width_px
+    left = min(max(share, 0.12), 0.38)
+    return left, 1.0 - left
