@@ -4,7 +4,8 @@
 file       holds
 ========== ==========================================================
 shift      PSNR after the best shift of the whole picture
-measure    RMSE, PSNR and SSIM inside the border, after one gain
+metrics/   every metric of two pictures, by name
+measure    RMSE, PSNR and SSIM of an eye, inside the border, after one gain
 fringes    colour that is seen where none was meant
 ========== ==========================================================
 """
