@@ -137,3 +137,21 @@ def test_cvvdp_in_a_process_of_its_own(pair: tuple[Path, Path], tmp_path: Path) 
     assert 5.0 < json.loads(done.out)["cvvdp_jod"] < 10.0
     assert done.lines == [f"wrote {place}"]
     assert read_codes(place).shape == (64, 96, 3)
+
+
+def test_hdr_vdp_with_its_two_maps(pair: tuple[Path, Path], tmp_path: Path) -> None:
+    place = tmp_path / "map.exr"
+    viewing = ("--ppd", "20", "--peak-nit", "150", "--black-nit", "0.2")
+    found = require_done(
+        call("compare", *pair, "--metric", "hdr_vdp", *viewing, "--map", place, "--json")
+    ).json()
+    pictures = [read_picture(path) for path in pair]
+    wanted = score(["hdr_vdp"], *pictures, Viewing(20.0, 150.0, 0.2))
+    assert found["hdr_vdp"] == wanted.values["hdr_vdp"]
+    assert set(found["hdr_vdp"]) == {"q_mos", "q", "p_det", "c_max"}
+    maps = read_channels(place)
+    assert sorted(maps) == ["P", "S"]
+    assert maps["P"].max() == pytest.approx(found["hdr_vdp"]["p_det"], abs=1e-6)
+    assert maps["S"] == pytest.approx(wanted.maps["hdr_vdp"]["S"], rel=1e-6)
+    same = call("compare", pair[0], pair[0], "--metric", "hdr_vdp", "--json")
+    assert require_done(same).json()["hdr_vdp"]["p_det"] == 0.0

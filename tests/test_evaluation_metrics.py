@@ -240,3 +240,16 @@ def test_a_metric_that_breaks_leaves_the_others(
     scores = score(["ssim", "rmse"], *pair, VIEWING)
     assert scores.failed == {"ssim": "ssim: found RuntimeError: of its own"}
     assert "rmse" in scores.values
+
+
+def test_hdr_vdp_gets_luminance_and_the_right_picture_first(pair: tuple[Float, Float]) -> None:
+    from vrlf.evaluation.hdrvdp import hdr_vdp
+
+    reference, test = pair
+    y = np.array([0.2126, 0.7152, 0.0722])
+    wanted = hdr_vdp(0.2 + 150.0 * (test @ y), 0.2 + 150.0 * (reference @ y), 20.0)
+    scores = score(["hdr_vdp"], reference, test, Viewing(20.0, 150.0, 0.2))
+    found = scores.values["hdr_vdp"]
+    assert found == {name: getattr(wanted, name) for name in ("q_mos", "q", "p_det", "c_max")}
+    assert scores.maps["hdr_vdp"]["P"] == pytest.approx(wanted.p_map, abs=1e-9)
+    assert scores.maps["hdr_vdp"]["S"] == pytest.approx(wanted.s_map, rel=1e-9)
