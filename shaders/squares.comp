@@ -20,18 +20,18 @@ layout(std430, binding = 0) writeonly buffer Partial { vec4 partial[]; };
 const int THREADS = GROUP_PX * GROUP_PX;
 shared vec3 sums[THREADS];
 
-// Every GROUPS * THREADS-th pixel of the inner ones, row by row.
-vec3 summed(int eye, int first) {
+// Every GROUPS-th of the inner rows; neighbouring invocations read neighbouring pixels.
+vec3 summed(int eye, int group, int thread) {
     int border = borders[eye];
-    ivec2 inner = view_px - 2 * border;
-    if (min(inner.x, inner.y) <= 0) return vec3(0.0);
-    ivec2 corner = ivec2(first_column(eye) + border, border);
+    ivec2 end = view_px - border;
     vec3 total = vec3(0.0);
-    for (int i = first; i < inner.x * inner.y; i += GROUPS * THREADS) {
-        ivec2 pixel = corner + ivec2(i % inner.x, i / inner.x);
-        vec3 t = texelFetch(target, pixel, 0).rgb;
-        vec3 d = texelFetch(seen, pixel, 0).rgb - t;
-        total += vec3(dot(t, t), dot(t, d), dot(d, d));
+    for (int row = border + group; row < end.y; row += GROUPS) {
+        for (int column = border + thread; column < end.x; column += THREADS) {
+            ivec2 pixel = ivec2(first_column(eye) + column, row);
+            vec3 t = texelFetch(target, pixel, 0).rgb;
+            vec3 d = texelFetch(seen, pixel, 0).rgb - t;
+            total += vec3(dot(t, t), dot(t, d), dot(d, d));
+        }
     }
     return total;
 }
@@ -39,7 +39,7 @@ vec3 summed(int eye, int first) {
 void main() {
     int eye = int(gl_WorkGroupID.z), group = int(gl_WorkGroupID.x);
     int thread = int(gl_LocalInvocationIndex);
-    sums[thread] = summed(eye, group * THREADS + thread);
+    sums[thread] = summed(eye, group, thread);
     barrier();
     for (int half_of = THREADS / 2; half_of > 0; half_of /= 2) {
         if (thread < half_of) sums[thread] += sums[thread + half_of];

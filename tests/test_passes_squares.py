@@ -74,7 +74,7 @@ def test_many_pixels_an_invocation(device: Device, monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize("noise", [0.2, 1e-2, 3e-4])
 @pytest.mark.parametrize("gain", [1.0, 0.6])
 def test_it_is_the_measure_of_evaluation(device: Device, noise: float, gain: float) -> None:
-    """Down to 70 dB, and where the perceived picture is dimmer."""
+    """Down to 70 dB; where the perceived picture is dimmer, to a fifth of a dB."""
     rng = np.random.default_rng(8)
     target = pass_rigs.picture(WORN, 3)
     spoilt = target + noise * rng.standard_normal(target.shape)
@@ -83,9 +83,10 @@ def test_it_is_the_measure_of_evaluation(device: Device, noise: float, gain: flo
     assert set(found) == set(SIDES)
     for side in SIDES:
         wanted = likeness(seen, target, WORN, side)
-        # A dimmer picture's difference is large: the small rest of it has fewer digits.
-        assert found[side].psnr_db == pytest.approx(wanted.psnr_db, abs=0.02)
-        assert found[side].rmse == pytest.approx(wanted.rmse, rel=3e-3)
+        # A dimmer picture's difference is large, and what is left of it has fewer digits.
+        close_db = 0.2 if gain < 1.0 and noise < 1e-3 else 0.002
+        assert found[side].psnr_db == pytest.approx(wanted.psnr_db, abs=close_db)
+        assert found[side].rmse == pytest.approx(wanted.rmse, rel=close_db / 8.0)
         assert found[side].gain == pytest.approx(wanted.gain, rel=1e-5)
 
 

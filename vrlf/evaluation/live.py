@@ -9,8 +9,9 @@ and what it leaves is S_tt - S_st^2 / S_ss, which is the same as
 
     sum of (g s - t)^2 = (S_tt S_dd - S_td^2) / S_ss.
 
-The second form is not a small difference of large sums where s is near t, so that sums of float32
-tell pictures apart that differ by 70 dB and more. It is the measure of ``measure.likeness``.
+The second form is not a small difference of large sums where s is near t: with sums of float32 it
+holds to 0.002 dB at 70 dB, and with a gain of 1.7 to 0.2 dB there. It is the measure of
+``measure.likeness``.
 """
 
 from __future__ import annotations
