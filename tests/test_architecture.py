@@ -53,6 +53,10 @@ KEEPERS = {
     "rich": {"app", "studies"},
     "matplotlib": {"studies"},
     "skimage": {"evaluation"},
+    "flip_evaluator": {"evaluation"},
+    "pycvvdp": {"evaluation"},
+    "torch": {"evaluation"},
+    "torchvision": {"evaluation"},
     "scipy": {"evaluation", "reference"},
 }
 # A room on the left never sees the libraries on the right.

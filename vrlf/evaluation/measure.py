@@ -2,20 +2,18 @@
 
 Both pictures are compared in linear light, peak 1, after one least-squares gain on the
 perceived one, inside a border as wide as the blur's radius plus one lenslet: further out the
-panel's edge is seen, which no prefilter can mend.
+panel's edge is seen, which no prefilter can mend. The formulas are those of ``metrics.fidelity``.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, inf, log10
-from typing import Final
+from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
-from skimage.metrics import structural_similarity
 
 from vrlf.errors import InputError
+from vrlf.evaluation.metrics.fidelity import psnr_db, rmse, ssim
 from vrlf.model import Rig
 from vrlf.optics import limits
 from vrlf.optics.bench import bench_of
@@ -23,9 +21,6 @@ from vrlf.optics.eye import eye_optics
 from vrlf.optics.lattice import lattice_of
 from vrlf.optics.viewport import Side, pitch_mm, viewport
 from vrlf.renderer import Image
-
-# 3.5 deviations to each side of the middle, as scikit-image cuts the Gaussian off.
-SSIM_WINDOW_PX: Final = 11
 
 
 @dataclass(frozen=True)
@@ -82,25 +77,5 @@ def likeness(seen: Image, target: Image, rig: Rig, side: Side) -> Likeness:
     b = target[:, view.columns][inner].astype(np.float64)
     energy = float(np.sum(a * a))
     gain = float(np.sum(a * b)) / energy if energy > 0.0 else 1.0
-    rmse = float(np.sqrt(np.mean((gain * a - b) ** 2)))
-    psnr_db = inf if rmse == 0.0 else -20.0 * log10(rmse)
-    return Likeness(rmse, psnr_db, gain, ssim(gain * a, b))
-
-
-def ssim(test: NDArray[np.float64], reference: NDArray[np.float64]) -> float | None:
-    """Mean structural similarity of two pictures (H, W, 3) of peak 1, as in Wang et al. 2004.
-
-    The mean is over the places whose window lies within the picture. None if there are none.
-    """
-    if min(reference.shape[:2]) < SSIM_WINDOW_PX:
-        return None
-    value = structural_similarity(  # type: ignore[no-untyped-call]
-        test,
-        reference,
-        gaussian_weights=True,
-        sigma=1.5,
-        use_sample_covariance=False,
-        data_range=1.0,
-        channel_axis=-1,
-    )
-    return float(value)
+    error = rmse(gain * a, b)
+    return Likeness(error, psnr_db(error), gain, ssim(gain * a, b))

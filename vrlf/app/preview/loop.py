@@ -22,7 +22,7 @@ from vrlf.app.preview.frames import LOOKS, Frames, Moment
 from vrlf.app.preview.keys import Press, press_of
 from vrlf.app.preview.layout import Placed, loupe, needed, placed, tile_under
 from vrlf.app.preview.mouse import Mouse
-from vrlf.app.preview.pacing import FrameClock, Pacer, told
+from vrlf.app.preview.pacing import FrameClock, Pacer, refresh_hz, told
 from vrlf.app.preview.panels import Panels, Status
 from vrlf.app.preview.session import Session, act, strolled
 from vrlf.errors import DeviceError, VrlfError
@@ -36,7 +36,6 @@ _IDLE_S = 0.1
 # Frames drawn after the last thing happened: ImGui settles in two.
 _WAKE_FRAMES = 3
 _WATCH_S = 1.0
-_DEFAULT_RATE_HZ = 60.0
 
 
 @dataclass(frozen=True)
@@ -97,17 +96,12 @@ class Preview:
             raise
         if self._frames.is_software:
             live.ease(1)
-        rate_hz = self._rate_hz()
+        rate_hz = refresh_hz(self.monitor)
         self._clock, self._pacer = FrameClock(1e3 / rate_hz), Pacer(1e3 / rate_hz)
         self._mouse = Mouse()
         window.keep_pace(1)
         if opening.fullscreen:
             window.fill(self.monitor)
-
-    def _rate_hz(self) -> float:
-        found = monitors()
-        rate_hz = found[min(self.monitor, len(found) - 1)].rate_hz if found else 0.0
-        return rate_hz or _DEFAULT_RATE_HZ
 
     def run(self) -> Session:
         """Until the window is left; the session as it was then.
@@ -380,6 +374,7 @@ class Preview:
         if self._pacer.has_given_way:
             share = self._pacer.effort.share
             notes.append(f"short of time: {share:g} of the rays and steps")
+        notes.append(self._frames.likening.words)
         steps_ms = self._frames.timers.milliseconds
         return Status(
             rig=self._files.name,

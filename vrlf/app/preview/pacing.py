@@ -8,13 +8,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vrlf.gpu.window import monitors
+
 _KEPT = 240
+_DEFAULT_RATE_HZ = 60.0
 # A frame counts as late from this many periods on; vsync makes whole ones.
 _LATE = 1.5
 # Of a period: above this something gives way, below that it comes back.
 _TOO_MUCH, _PLENTY = 0.9, 0.45
 _PATIENCE = 20
 SHARES: tuple[float, ...] = (1.0, 0.5, 0.25, 0.125)
+
+
+def refresh_hz(monitor: int) -> float:
+    """How often a monitor shows a frame; 60 where it does not say."""
+    found = monitors()
+    rate_hz = found[min(monitor, len(found) - 1)].rate_hz if found else 0.0
+    return rate_hz or _DEFAULT_RATE_HZ
 
 
 @dataclass(frozen=True)
