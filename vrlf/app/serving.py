@@ -60,7 +60,7 @@ _PORT = 7433
     help="Where rigs that the phone measures or saves go.",
 )
 @click.option(
-    "--encoding",
+    "--link",
     type=click.Choice(["auto", *ENCODINGS]),
     default="auto",
     show_default=True,
@@ -75,7 +75,7 @@ def serve(
     cert: str | None,
     key: str | None,
     folder: str,
-    encoding: str,
+    link: str,
     no_qr: bool,
     as_json: bool,
     **options: Any,
@@ -111,7 +111,7 @@ def serve(
         owned.callback(live.release)
         drawing = Drawing(device, rig, live, Files(choice, Path(folder)), Path(folder))
         owned.callback(drawing.release)
-        broadcast = Broadcast(drawing, where.plan_of(rig, encoding), [where.socket])
+        broadcast = Broadcast(drawing, where.plan_of(rig, link), [where.socket])
         owned.callback(broadcast.release)
         for line in where.words(has_qr=not no_qr):
             say(line)

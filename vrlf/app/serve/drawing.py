@@ -19,7 +19,7 @@ from vrlf.app.preview.layout import placed
 from vrlf.app.preview.session import Session, act, strolled
 from vrlf.app.preview.steps import STEPS, written
 from vrlf.app.serve.wire import Measured
-from vrlf.errors import DeviceError, VrlfError
+from vrlf.errors import DeviceError, InputError, VrlfError
 from vrlf.files import check_target, shown
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig, rig_from_tables
@@ -106,7 +106,10 @@ class Drawing:
         self.session = replace(self.session, loaded=self.session.rig, message=f"saved {path}")
 
     def _reload(self) -> None:
-        self.session = as_loaded(self.session, self._files.load())
+        rig = self._files.load()
+        if (rig.panel.width_px, rig.panel.height_px) != self.size_px:
+            raise InputError("the rig has another panel now: start vrlf serve again")
+        self.session = as_loaded(self.session, rig)
 
     def _seek(self, time_s: float) -> None:
         self.time_s = max(time_s, 0.0)
@@ -214,7 +217,9 @@ def write_panel(measured: Measured, rig: Rig, folder: Path, extends: str) -> str
         if path.exists():
             return f"{shown(path)} is there already; move it away first"
         check_target(path)
-        new_rig_file(path, rig_from_tables(tables, source="the phone's panel"), extends)
+        # A file is named so that the new one finds it from wherever it lies.
+        base = str(Path(extends).resolve()) if Path(extends).is_file() else extends
+        new_rig_file(path, rig_from_tables(tables, source="the phone's panel"), base)
     except VrlfError as error:
         return str(error)
     return f"wrote {shown(path)}: vrlf serve -r {shown(path)}"

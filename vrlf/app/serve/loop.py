@@ -34,7 +34,10 @@ class Shows(Protocol):
 
     session: Session
     has_latency: bool
-    fault: str
+
+    @property
+    def fault(self) -> str:
+        """What is wrong now; empty where nothing is."""
 
     @property
     def size_px(self) -> tuple[int, int]:

@@ -23,19 +23,20 @@ class Mirrored:
     Keys of the phone are the window's: what they change both show.
     """
 
-    fault = ""
-
     def __init__(self, preview: Preview, device: Device, folder: Path, rig_name: str) -> None:
         self._preview, self._folder, self._rig_name = preview, folder, rig_name
         self._encoder = Encoder(device, preview.session.rig)
+        panel = preview.session.rig.panel
+        self.size_px = panel.width_px, panel.height_px
         self._sent: Any = None
         self.has_latency = False
 
     @property
-    def size_px(self) -> tuple[int, int]:
-        """Of the panel."""
+    def fault(self) -> str:
+        """Why the phone's picture stands still, if it does."""
         panel = self.session.rig.panel
-        return panel.width_px, panel.height_px
+        is_same = (panel.width_px, panel.height_px) == self.size_px
+        return "" if is_same else "the rig has another panel now: start the window again"
 
     @property
     def session(self) -> Session:
