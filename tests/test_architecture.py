@@ -53,7 +53,10 @@ KEEPERS = {
     "rich": {"app", "studies"},
     "matplotlib": {"studies"},
     "skimage": {"evaluation"},
-    "scipy": {"evaluation", "reference"},
+    "scipy": {"evaluation", "reference", "studies"},
+    "dask": {"studies"},
+    "distributed": {"studies"},
+    "pyarrow": {"studies"},
 }
 # A room on the left never sees the libraries on the right.
 FORBIDDEN = {"model": {"numpy"}}

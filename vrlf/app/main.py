@@ -20,6 +20,7 @@ from vrlf.app.pictures import chart, perceive, prefilter
 from vrlf.app.previewing import preview
 from vrlf.app.profiles import profile
 from vrlf.app.rendering import render
+from vrlf.app.sweeping import sweep
 from vrlf.errors import VrlfError
 
 _DEBUG = "VRLF_DEBUG"
@@ -62,7 +63,7 @@ def vrlf(context: click.Context) -> None:
 
 for _command in (
     *(demo, prefilter, perceive, preview, render),
-    *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench),
+    *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench, sweep),
 ):
     vrlf.add_command(_command)
 
