@@ -99,7 +99,7 @@ def workers_of(process: int) -> list[int]:
             command = (folder / "cmdline").read_bytes()
         except OSError:
             continue
-        if parent == process and b"spawn_main" in command:
+        if parent == process and b"vrlf.studies.sweep.worker" in command:
             found.append(int(folder.name))
     return sorted(found)
 

@@ -10,6 +10,8 @@ rows    a job's row, its checksum, the columns
 journal rows as they come, line by line, whole lines only
 store   ``Store``: the folder of a sweep, each row exactly once
 cluster workers on this machine, or those of a Dask scheduler
+keepers what starts this machine's workers, and others when they die
+worker  such a worker's process
 run     jobs in a bounded window; workers that die, jobs that fail
 ======= =============================================================================
 

@@ -1,7 +1,7 @@
 """Workers: processes on this machine, or those that a Dask scheduler has.
 
-Workers here are spawned, one thread each, talk over the loopback alone, open no dashboard, and
-are made anew by their nannies when they die.
+Workers here are processes of their own with one thread each (``keepers``), beside a scheduler in
+this process; all talk over the loopback alone, and there is no dashboard.
 """
 
 from __future__ import annotations
@@ -13,22 +13,21 @@ import logging
 import os
 from collections.abc import AsyncIterator, Iterator
 from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Final
 
 from vrlf.errors import InputError, VrlfError
 from vrlf.studies.sweep.bench import worker_plugin
 from vrlf.studies.sweep.jobs import Kit
+from vrlf.studies.sweep.keepers import Keepers
 
 LIBRARIES: Final = ("dask", "distributed", "pyarrow")
 INSTALL: Final = "pip install 'vrlf[sweep]'"
 # A task that has seen this many workers die, and one more, comes back to be asked for again.
 ALLOWED_FAILURES: Final = 2
 _CONNECT_S: Final = 10.0
-_START_S: Final = 120.0
 _CLOSE_S: Final = 10.0
-# llvmpipe would otherwise use all cores for each worker.
-_WORKER_ENVIRONMENT: Final = {"LP_NUM_THREADS": "1", "DASK_LOGGING__DISTRIBUTED": "critical"}
 _LOGGERS: Final = ("distributed", "tornado", "asyncio", "bokeh")
 
 
@@ -60,11 +59,30 @@ def worker_count() -> int:
         return os.cpu_count() or 1
 
 
+@dataclass(frozen=True)
+class Cluster:
+    """A client and, where the workers are this machine's, their keepers."""
+
+    client: Any
+    keepers: Keepers | None
+
+    @property
+    def workers(self) -> int:
+        """How many workers the scheduler has, as it last said."""
+        told = self.client.scheduler_info()
+        return int(told.get("n_workers", len(told.get("workers", {}))))
+
+    @property
+    def last_words(self) -> str:
+        """What a worker of this machine said last on its standard error."""
+        return "" if self.keepers is None else self.keepers.last_words
+
+
 @asynccontextmanager
-async def client_of(
+async def cluster_of(
     kit: Kit, *, run: str, workers: int, scheduler: str | None
-) -> AsyncIterator[Any]:
-    """A client whose workers know the sweep; what was started is ended.
+) -> AsyncIterator[Cluster]:
+    """Workers that know the sweep, and a client to them; what was started is ended.
 
     Parameters
     ----------
@@ -79,73 +97,52 @@ async def client_of(
     ------
     InputError
         The scheduler does not answer.
-    WorkersLostError
-        No worker can be started.
     """
     dask: Any = import_module("dask")
     settings = {
         "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
         "distributed.comm.timeouts.connect": f"{_CONNECT_S}s",
-        # Here and there a worker would rest at 80 % of its share of the memory, for ever.
-        "distributed.worker.memory.pause": False,
-        "distributed.nanny.pre-spawn-environ": {
-            **dask.config.get("distributed.nanny.pre-spawn-environ", {}), **_WORKER_ENVIRONMENT,
-        },
-    }  # fmt: skip
+        "distributed.scheduler.http.routes": [],
+    }
     async with AsyncExitStack() as owned:
         owned.enter_context(dask.config.set(settings))
         owned.enter_context(quiet())
+        keepers = None
         if scheduler is None:
-            where: Any = await owned.enter_async_context(_here(workers))
-        else:
-            where = scheduler
-        client = await _connected(where)
+            here = await _scheduler_here()
+            keepers = Keepers(here.address, workers)
+            owned.push_async_callback(_all_home, here, keepers)
+            scheduler = here.address
+        client = await _connected(scheduler)
         owned.push_async_callback(_closed, client)
         await client.register_plugin(worker_plugin(kit), name=run)
-        if scheduler is not None:  # workers that go on living give their contexts back
+        if keepers is None:  # workers that go on living give their contexts back
             owned.push_async_callback(_forgotten, client, run)
-        yield client
+        yield Cluster(client, keepers)
 
 
-@asynccontextmanager
-async def _here(workers: int) -> AsyncIterator[Any]:
-    """A cluster on this machine."""
+async def _scheduler_here() -> Any:
+    """A scheduler in this process, on the loopback, without a dashboard."""
     distributed: Any = import_module("distributed")
-    cluster = distributed.LocalCluster(
-        n_workers=workers,
-        threads_per_worker=1,
-        processes=True,
-        host="127.0.0.1",
-        dashboard_address=None,
-        memory_limit=0,
-        silence_logs=logging.CRITICAL,
-        asynchronous=True,
+    return await distributed.Scheduler(
+        host="127.0.0.1", port=0, dashboard=False, dashboard_address="127.0.0.1:0"
     )
-    try:
-        async with asyncio.timeout(_START_S):
-            await cluster
-    except Exception as error:
-        with contextlib.suppress(Exception):
-            await cluster.close(timeout=_CLOSE_S)
-        reason = " ".join(f"{type(error).__name__} {error}".split())
-        raise WorkersLostError(
-            f"workers: found {reason}, wanted {workers} of them to start"
-        ) from None
-    try:
-        yield cluster
-    finally:
-        with contextlib.suppress(Exception):
-            await cluster.close(timeout=_CLOSE_S)
 
 
-async def _connected(where: Any) -> Any:
+async def _all_home(scheduler: Any, keepers: Keepers) -> None:
+    """Send the workers home and see them off."""
+    keepers.ending()
+    with contextlib.suppress(Exception):
+        await scheduler.close()
+    await keepers.end()
+
+
+async def _connected(where: str) -> Any:
     distributed: Any = import_module("distributed")
     options = {"asynchronous": True, "timeout": _CONNECT_S, "set_as_default": False}
     try:
         return await distributed.Client(where, **options)
     except Exception as error:
-        if not isinstance(where, str):
-            raise
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(
             f"--scheduler: found no answer from {where} ({reason[:200]}), wanted the address of a "
@@ -167,7 +164,9 @@ async def _forgotten(client: Any, run: str) -> None:
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
     """Keep what Dask logs off standard error: what matters of it, a sweep says in its own words."""
-    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    import_module("distributed")  # which gives its loggers levels of their own
+    names = [n for n in logging.root.manager.loggerDict if n.partition(".")[0] in _LOGGERS]
+    loggers = [logging.getLogger(name) for name in names]
     levels = [each.level for each in loggers]
     for each in loggers:
         each.setLevel(logging.CRITICAL + 1)

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from vrlf.errors import VrlfError
 from vrlf.studies.sweep.bench import do_job
-from vrlf.studies.sweep.cluster import ALLOWED_FAILURES, WorkersLostError, client_of
+from vrlf.studies.sweep.cluster import ALLOWED_FAILURES, Cluster, WorkersLostError, cluster_of
 from vrlf.studies.sweep.jobs import Kit, Outcome
 from vrlf.studies.sweep.plan import Job, Plan
 from vrlf.studies.sweep.store import Store
@@ -100,24 +100,24 @@ class _Run:
     async def all(self, kit: Kit, workers: int, scheduler: str | None) -> None:
         """Every job without a row."""
         patience_s = NO_WORKER_HERE_S if scheduler is None else NO_WORKER_THERE_S
-        async with client_of(kit, run=self._name, workers=workers, scheduler=scheduler) as client:
+        async with cluster_of(kit, run=self._name, workers=workers, scheduler=scheduler) as cluster:
             self._seen_s = time.monotonic()
-            await self._window(client, patience_s)
+            await self._window(cluster, patience_s)
         self._say(0)
 
-    async def _window(self, client: Any, patience_s: float) -> None:
+    async def _window(self, cluster: Cluster, patience_s: float) -> None:
         indices = self._store.to_do()
         under_way: set[asyncio.Task[None]] = set()
         try:
             while True:
-                present = _workers(client)
-                self._look_after(client, present, patience_s)
+                present = cluster.workers
+                self._look_after(cluster, present, patience_s)
                 while len(under_way) < max(A_WORKER * present, 1):
                     index = next(indices, None)
                     if index is None:
                         break
                     job = self._plan.job(index)
-                    under_way.add(asyncio.create_task(self._one(client, job)))
+                    under_way.add(asyncio.create_task(self._one(cluster.client, job)))
                 if not under_way:
                     return
                 ended, under_way = await asyncio.wait(
@@ -164,17 +164,17 @@ class _Run:
                 future.release()
         raise JobKilledError
 
-    def _look_after(self, client: Any, present: int, patience_s: float) -> None:
+    def _look_after(self, cluster: Cluster, present: int, patience_s: float) -> None:
         """Say how far it is, and stop where nobody is left."""
         now = time.monotonic()
         if present:
             self._seen_s = now
         elif now - self._seen_s > patience_s:
             raise WorkersLostError(
-                f"workers: found none for {patience_s:.0f} s, wanted at least one; "
-                "is there memory and a GPU for them?"
+                f"workers: found none for {patience_s:.0f} s, wanted at least one"
+                + (f"; one said: {cluster.last_words[:300]}" if cluster.last_words else "")
             )
-        if client.status not in ("running", "connecting"):
+        if cluster.client.status not in ("running", "connecting"):
             raise _lost()
         if now - self._said_s >= _LOOK_S:
             self._say(present)
@@ -207,9 +207,3 @@ async def _result(future: Any) -> Outcome:
 
 def _lost() -> WorkersLostError:
     return WorkersLostError("scheduler: found the line to it cut, wanted it to live to the end")
-
-
-def _workers(client: Any) -> int:
-    """How many workers the scheduler has, as it last said."""
-    told = client.scheduler_info()
-    return int(told.get("n_workers", len(told.get("workers", {}))))
