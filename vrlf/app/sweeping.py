@@ -21,15 +21,15 @@ from rich.progress import (
 from rich.progress import Progress as Bar
 
 from vrlf.app.options import json_option, put_json, say, whole_number
-from vrlf.app.sources import SourceOptions, is_chart, require_source, target_of
+from vrlf.app.sources import CHART_PREFIX, SourceOptions, is_chart, require_source, target_of
+from vrlf.content.charts import CHART_NAMES
 from vrlf.errors import InputError, VrlfError
 from vrlf.files import shown
 from vrlf.model import Rig
 from vrlf.model.sweep import read_sweep
 from vrlf.renderer import GpuRenderer, Image
-from vrlf.renderer.live import chart_light
-from vrlf.studies.sweep.cluster import require_libraries, worker_count
-from vrlf.studies.sweep.jobs import kit_of, rig_of
+from vrlf.studies.sweep.cluster import require_libraries, require_scheduler, worker_count
+from vrlf.studies.sweep.jobs import kit_of
 from vrlf.studies.sweep.plan import Plan, plan_of
 from vrlf.studies.sweep.rows import INDEX
 from vrlf.studies.sweep.run import Progress, Told, run_sweep
@@ -113,7 +113,9 @@ def sweep(
     path = Path(spec)
     plan = plan_of(read_sweep(path), path.parent, shown(spec))
     kit = kit_of(plan, cover_target)
-    _require_sources(plan, rig_of(kit, plan.job(0)) if _has_chart(plan) else None)
+    _require_sources(plan)
+    if scheduler is not None:
+        require_scheduler(scheduler)
     started = time.monotonic()
     with Store.open(Path(output), plan, restart=restart, retry=retry) as store:
         for note in store.notes:
@@ -209,15 +211,13 @@ class _Lines:
             say(f"{now.done + now.failed} of {now.total} jobs, {_note(now)}")
 
 
-def _require_sources(plan: Plan, rig: Rig | None) -> None:
+def _require_sources(plan: Plan) -> None:
+    """Refuse what is no picture, scene or chart, before anything is made for it."""
     for source in plan.sources:
         require_source(source.place)
-        if rig is not None and source.sha256 is None and is_chart(source.place):
-            chart_light(source.place.partition(":")[2], rig)  # an unknown name is said now
-
-
-def _has_chart(plan: Plan) -> bool:
-    return any(each.sha256 is None and is_chart(each.place) for each in plan.sources)
+        chart = source.place.removeprefix(CHART_PREFIX)
+        if source.sha256 is None and is_chart(source.place) and chart not in CHART_NAMES:
+            raise InputError(f"chart: found {chart!r}, wanted one of {', '.join(CHART_NAMES)}")
 
 
 def _say_failures(failures: list[Any], output: str) -> None:

@@ -97,6 +97,8 @@ async def cluster_of(
     ------
     InputError
         The scheduler does not answer.
+    WorkersLostError
+        The workers there are none for a sweep.
     """
     dask: Any = import_module("dask")
     settings = {
@@ -115,10 +117,26 @@ async def cluster_of(
             scheduler = here.address
         client = await _connected(scheduler)
         owned.push_async_callback(_closed, client)
-        await client.register_plugin(worker_plugin(kit), name=run)
+        await _taught(client, kit, run)
         if keepers is None:  # workers that go on living give their contexts back
             owned.push_async_callback(_forgotten, client, run)
         yield Cluster(client, keepers)
+
+
+def require_scheduler(address: str) -> None:
+    """Make sure that a scheduler answers, before anything is made for it.
+
+    Raises
+    ------
+    InputError
+    """
+
+    async def ask() -> None:
+        await _closed(await _connected(address))
+
+    dask: Any = import_module("dask")
+    with dask.config.set({"distributed.comm.timeouts.connect": f"{_CONNECT_S}s"}), quiet():
+        asyncio.run(ask())
 
 
 async def _scheduler_here() -> Any:
@@ -141,6 +159,8 @@ async def _connected(where: str) -> Any:
     distributed: Any = import_module("distributed")
     options = {"asynchronous": True, "timeout": _CONNECT_S, "set_as_default": False}
     try:
+        # A client that is given no address at all leaves loose ends that warn.
+        import_module("distributed.comm").get_address_host_port(where)
         return await distributed.Client(where, **options)
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
@@ -148,6 +168,22 @@ async def _connected(where: str) -> Any:
             f"--scheduler: found no answer from {where} ({reason[:200]}), wanted the address of a "
             "Dask scheduler that runs, such as tcp://host:8786"
         ) from None
+
+
+async def _taught(client: Any, kit: Kit, run: str) -> None:
+    """Have every worker, also each that comes later, know the sweep."""
+    try:
+        await client.register_plugin(worker_plugin(kit), name=run)
+    except Exception as error:  # whatever a worker met while it read the plugin
+        raise unlike(error) from None
+
+
+def unlike(error: Exception) -> WorkersLostError:
+    """What to say where a worker cannot even begin with a job."""
+    reason = " ".join(f"{type(error).__name__}: {error}".split())
+    return WorkersLostError(
+        f"workers: found {reason[:300]}, wanted the same vrlf and Python there as here"
+    )
 
 
 async def _closed(client: Any) -> None:

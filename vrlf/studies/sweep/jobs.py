@@ -170,8 +170,18 @@ def compared(
     Both pictures are compared after one least-squares gain, inside the rig's own border.
     """
     found = likeness(seen, target, rig, side)
-    values = {name: getattr(found, name) for name in metrics}
-    return {n: None if v is None or isnan(v) else float(v) for n, v in values.items()}
+    return _named({name: getattr(found, name) for name in metrics})
+
+
+def _named(values: Mapping[str, Any]) -> dict[str, float | None]:
+    """Each number by its name; of several of one metric, each by the metric's and its own."""
+    flat: dict[str, float | None] = {}
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            flat |= _named({f"{name}.{each}": number for each, number in value.items()})
+        else:
+            flat[name] = None if value is None or isnan(value) else float(value)
+    return flat
 
 
 def require_unchanged(source: SourceFile) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, log2
@@ -134,14 +134,30 @@ class Plan:
 
     @cached_property
     def columns(self) -> dict[str, Kind]:
-        """The columns of the results by name, in their order."""
+        """What is tried, by the columns of the results."""
         given: dict[str, Kind] = {INDEX: "int", "rig": "text"}
         given |= dict.fromkeys(self._sampled, "float")
         given |= {axis.key: axis.kind for axis in self.axes}
-        given |= {"source": "text", "method": "text"}
+        return given | {"source": "text", "method": "text"}
+
+    def columns_of(self, names: Collection[str]) -> dict[str, Kind]:
+        """The columns of some rows, in their order: what is tried, its metrics, the checksum.
+
+        A metric may have several values, each with a name of its own behind the metric's and a
+        dot. So its columns are known by the rows.
+
+        Parameters
+        ----------
+        names : collection of str
+            All names that the rows have.
+        """
+        columns = dict(self.columns)
         for side in SIDES:
-            given |= {f"{side}_{metric}": "float" for metric in self.spec.metrics}
-        return given | {CHECKSUM: "text"}
+            for metric in self.spec.metrics:
+                name = f"{side}_{metric}"
+                several = sorted(each for each in names if each.startswith(f"{name}."))
+                columns |= dict.fromkeys(several or [name], "float")
+        return columns | {CHECKSUM: "text"}
 
     @property
     def _sampled(self) -> tuple[str, ...]:

@@ -15,12 +15,16 @@ INDEX: Final = "index"
 
 
 def checksum(row: Mapping[str, Any]) -> str:
-    """SHA-256 over a row's names and values, but for the checksum itself, in hexadecimal.
+    """SHA-256 over a row's names and values, in hexadecimal.
 
+    Over the JSON of the pairs in the order of their names, but for the checksum itself and for
+    names without a value: a Parquet file has those for each row that lacks what another one has.
     Python writes a float64 so that it reads back as the same number, so that a row has the same
     checksum in a journal and in a Parquet file.
     """
-    values = sorted((name, value) for name, value in row.items() if name != CHECKSUM)
+    values = sorted(
+        (name, value) for name, value in row.items() if name != CHECKSUM and value is not None
+    )
     text = json.dumps(values, ensure_ascii=True, separators=(",", ":"))
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 

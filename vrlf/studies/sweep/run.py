@@ -16,7 +16,13 @@ from typing import Any, Final
 
 from vrlf.errors import VrlfError
 from vrlf.studies.sweep.bench import do_job
-from vrlf.studies.sweep.cluster import ALLOWED_FAILURES, Cluster, WorkersLostError, cluster_of
+from vrlf.studies.sweep.cluster import (
+    ALLOWED_FAILURES,
+    Cluster,
+    WorkersLostError,
+    cluster_of,
+    unlike,
+)
 from vrlf.studies.sweep.jobs import Kit, Outcome
 from vrlf.studies.sweep.plan import Job, Plan
 from vrlf.studies.sweep.store import Store
@@ -196,10 +202,7 @@ async def _result(future: Any) -> Outcome:
     except FutureCancelledError:
         raise _lost() from None
     except Exception as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise WorkersLostError(
-            f"workers: found {reason[:300]}, wanted the same vrlf and Python there as here"
-        ) from None
+        raise unlike(error) from None
     if not isinstance(outcome, Outcome):
         raise WorkersLostError("workers: found no row as a job's answer, wanted one")
     return outcome

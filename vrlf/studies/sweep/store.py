@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -145,7 +145,8 @@ class Store:
         self._seal()
         place = self.folder / RESULTS
         tables = [self._read(path) for path in (*self._parts(), place) if path.exists()]
-        table = pa.concat_tables(tables) if tables else self._table([])
+        table = pa.concat_tables(tables, promote_options="default") if tables else self._table([])
+        table = table.select(self._schema(table.column_names).names)
         _write(place, _each_once(table).replace_schema_metadata(self._metadata()))
         for part in self._parts():
             part.unlink()
@@ -210,18 +211,21 @@ class Store:
         self._journal.clear()
         self._waiting = 0
 
-    def _schema(self) -> Any:
+    def _schema(self, names: Collection[str]) -> Any:
+        """For rows that have those names."""
         import pyarrow as pa
 
         types: dict[Kind, Any] = {
             "bool": pa.bool_(), "int": pa.int64(), "float": pa.float64(), "text": pa.string(),
         }  # fmt: skip
-        return pa.schema([(name, types[kind]) for name, kind in self._plan.columns.items()])
+        columns = self._plan.columns_of(names)
+        return pa.schema([(name, types[kind]) for name, kind in columns.items()])
 
     def _table(self, rows: list[Row]) -> Any:
         import pyarrow as pa
 
-        return pa.Table.from_pylist(rows, schema=self._schema())
+        names = {name for row in rows for name in row}
+        return pa.Table.from_pylist(rows, schema=self._schema(names))
 
     def _read(self, path: Path) -> Any:
         """A Parquet file whose every row is what its checksum says.
@@ -235,7 +239,7 @@ class Store:
 
         try:
             table = parquet.read_table(path, partitioning=None).replace_schema_metadata(None)
-            table = table.cast(self._schema())
+            table = table.cast(self._schema(table.column_names))
             damaged = not all(map(self._fits, rows_of(table)))
         except (pa.ArrowException, OSError, ValueError) as error:
             raise OutputError(
