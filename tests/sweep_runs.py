@@ -90,18 +90,26 @@ def start(folder: Path, jobs: int, seconds_a_job: float, *more: str) -> subproce
 
 def workers_of(process: int) -> list[int]:
     """The worker processes that a sweep has started."""
-    found = []
-    for folder in Path("/proc").iterdir():
-        if not folder.name.isdigit():
-            continue
-        try:
-            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
-            command = (folder / "cmdline").read_bytes()
-        except OSError:
-            continue
-        if parent == process and b"vrlf.studies.sweep.worker" in command:
-            found.append(int(folder.name))
-    return sorted(found)
+    numbers = (int(folder.name) for folder in Path("/proc").iterdir() if folder.name.isdigit())
+    return sorted(
+        number for number in numbers if is_worker(number) and parent_of(number) == process
+    )
+
+
+def is_worker(process: int) -> bool:
+    """Whether it is a sweep's worker, and lives."""
+    try:
+        return b"vrlf.studies.sweep.worker" in Path(f"/proc/{process}/cmdline").read_bytes()
+    except OSError:
+        return False
+
+
+def parent_of(process: int) -> int:
+    """Who started it; 0 if it is gone."""
+    try:
+        return int(Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1])
+    except OSError:
+        return 0
 
 
 def rows_so_far(folder: Path) -> int:

@@ -11,7 +11,7 @@ import contextlib
 import importlib.util
 import logging
 import os
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 from importlib import import_module
@@ -100,14 +100,13 @@ async def cluster_of(
     WorkersLostError
         The workers there are none for a sweep.
     """
-    dask: Any = import_module("dask")
     settings = {
         "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
         "distributed.comm.timeouts.connect": f"{_CONNECT_S}s",
         "distributed.scheduler.http.routes": [],
     }
     async with AsyncExitStack() as owned:
-        owned.enter_context(dask.config.set(settings))
+        owned.enter_context(configured(settings))
         owned.enter_context(quiet())
         keepers = None
         if scheduler is None:
@@ -134,8 +133,7 @@ def require_scheduler(address: str) -> None:
     async def ask() -> None:
         await _closed(await _connected(address))
 
-    dask: Any = import_module("dask")
-    with dask.config.set({"distributed.comm.timeouts.connect": f"{_CONNECT_S}s"}), quiet():
+    with configured({"distributed.comm.timeouts.connect": f"{_CONNECT_S}s"}), quiet():
         asyncio.run(ask())
 
 
@@ -195,6 +193,15 @@ async def _forgotten(client: Any, run: str) -> None:
     with contextlib.suppress(Exception):
         async with asyncio.timeout(_CLOSE_S):
             await client.unregister_worker_plugin(run)
+
+
+@contextlib.contextmanager
+def configured(settings: Mapping[str, Any]) -> Iterator[None]:
+    """Dask's settings, for a while."""
+    import_module("distributed")  # its defaults come first: they would go with ours otherwise
+    dask: Any = import_module("dask")
+    with dask.config.set(dict(settings)):
+        yield
 
 
 @contextlib.contextmanager
