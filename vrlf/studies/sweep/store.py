@@ -152,7 +152,10 @@ class Store:
             part.unlink()
         (self.folder / PARTS).rmdir()
         (self.folder / JOURNAL).unlink()
-        if not self.failed:
+        lines = [json.dumps(row) + "\n" for row in self.failures()]
+        if lines:  # by index, and each once
+            atomic_write_text(self.folder / FAILURES, "".join(lines))
+        else:
             (self.folder / FAILURES).unlink()
         return place
 
