@@ -122,6 +122,40 @@ def test_jobs_that_kill_or_fail_are_noted_and_the_others_done(
     assert max(tasks for _, tasks in seen) <= 2 * A_WORKER
 
 
+def marking(kit: Kit, job: Job, renderer: Callable[[], GpuRenderer]) -> Scores:
+    """Writes down each context that is made, and each that is given back."""
+    device, notes = renderer().device, Path(os.environ["VRLF_TEST_NOTES"])
+
+    def release() -> None:
+        type(device).release(device)
+        note("released")
+
+    def note(what: str) -> None:
+        with notes.open("a") as file:
+            file.write(f"{what} {os.getpid()}\n")
+
+    if "release" not in vars(device):
+        vars(device)["release"] = release
+        note("made")
+    return quick(kit, job, renderer)
+
+
+def test_each_worker_makes_one_context_and_gives_it_back_at_its_exit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    notes, plan = tmp_path / "notes", plan_for(20)
+    monkeypatch.setenv("VRLF_TEST_NOTES", str(notes))
+    with Store.open(tmp_path / "out", plan) as store:
+        run_sweep(plan, kit_for(plan, marking), store, workers=2)
+        assert store.done == 20
+    lines = notes.read_text().splitlines()
+    made = [line.split()[1] for line in lines if line.startswith("made")]
+    assert len(made) == len(set(made)) >= 1
+    assert sorted(f"released {each}" for each in made) == sorted(
+        line for line in lines if line.startswith("released")
+    )
+
+
 def deadly(*_: Any) -> Scores:
     """No worker lives to tell."""
     os.kill(os.getpid(), signal.SIGKILL)
