@@ -57,7 +57,10 @@ KEEPERS = {
     "pycvvdp": {"evaluation"},
     "torch": {"evaluation"},
     "torchvision": {"evaluation"},
-    "scipy": {"evaluation", "reference"},
+    "scipy": {"evaluation", "reference", "studies"},
+    "dask": {"studies"},
+    "distributed": {"studies"},
+    "pyarrow": {"studies"},
 }
 # A room on the left never sees the libraries on the right.
 FORBIDDEN = {"model": {"numpy"}}

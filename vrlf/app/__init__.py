@@ -24,6 +24,7 @@ benching    ``bench``, ``bench speed``
 judging     ``bench quality``, ``bench frames``
 running     ``bench change``, ``bench memory``
 tolerating  ``bench tolerance``
+sweeping    ``sweep``: many rigs, sources and methods on many workers
 sizes       what the benches' options turn text into
 =========== ================================================================
 """

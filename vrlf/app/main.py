@@ -22,6 +22,7 @@ from vrlf.app.previewing import preview
 from vrlf.app.profiles import profile
 from vrlf.app.rendering import render
 from vrlf.app.serving import serve
+from vrlf.app.sweeping import sweep
 from vrlf.errors import VrlfError
 
 _DEBUG = "VRLF_DEBUG"
@@ -64,7 +65,7 @@ def vrlf(context: click.Context) -> None:
 
 for _command in (
     *(demo, prefilter, perceive, compare, preview, render, serve),
-    *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench),
+    *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench, sweep),
 ):
     vrlf.add_command(_command)
 

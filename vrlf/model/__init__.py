@@ -27,6 +27,7 @@ cardboard_source where a profile's bytes come from: an address, its text, a file
 protobuf         the format that they are written in
 parts            tables that lean on other files: ``extends`` in an eye, a wavefront's file
 overrides        ``table.key=value`` and the merging of tables
+sweep            ``SweepSpec``: which rigs, keys, sources and methods a sweep tries
 reading          rig files, ``extends``, command line changes -> ``Rig``
 ================ ==================================================================
 """

@@ -80,6 +80,18 @@ def load_rig_text(text: str, path: Path) -> Rig:
     return rig_from_tables(_laid(_layers(chain), name), source=name)
 
 
+def rig_with(tables: Mapping[str, Any], changes: Mapping[str, Any], *, source: str) -> Rig:
+    """A whole rig's tables with changes laid over them, as ``--set`` lays them.
+
+    Raises
+    ------
+    RigError
+        Naming ``source`` and every wrong key.
+    """
+    layers: list[Layer] = [(Path(), source, tables), (Path(), source, changes)]
+    return rig_from_tables(_laid(layers, source), source=source)
+
+
 def rig_from_tables(tables: Mapping[str, Any], *, source: str = "rig") -> Rig:
     """Validate nested tables, as TOML yields them, into a rig.
 

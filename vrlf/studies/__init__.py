@@ -15,6 +15,7 @@ plots      pictures of what speed and quality have found
 quality    how near each prefilter brings what is perceived to what it should be
 speed      how long passes and whole frames take against size and the device's limits
 steps      what bench times: passes, the making of their tables, twins
+sweep/     any grid or sample of rig keys, sources and methods, on many workers
 tolerance  what a tolerance gains where things are off, and what it costs
 workloads  what speed times, and the least that each step must do
 ========== ==========================================================================
