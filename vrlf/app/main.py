@@ -12,6 +12,7 @@ import click
 from vrlf import __version__
 from vrlf.app.benching import bench
 from vrlf.app.demo import demo
+from vrlf.app.evaluating import evaluate
 from vrlf.app.eyes import eye
 from vrlf.app.facts import doctor, inspect, rigs
 from vrlf.app.lenslets import lenslet
@@ -61,7 +62,7 @@ def vrlf(context: click.Context) -> None:
 
 
 for _command in (
-    *(demo, prefilter, perceive, preview, render),
+    *(demo, prefilter, perceive, evaluate, preview, render),
     *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench),
 ):
     vrlf.add_command(_command)

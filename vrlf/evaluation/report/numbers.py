@@ -1,0 +1,123 @@
+"""The numbers of a report: flat, for tables and CSV; nested, as scripts rely on, for JSON."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+from vrlf.evaluation.metrics import METRICS
+from vrlf.evaluation.metrics.model import Value
+from vrlf.evaluation.report.model import Pair, Report
+
+GAIN: Final = "gain"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A number that every row of a table has.
+
+    Attributes
+    ----------
+    name : str
+        Flat: ``hdr_vdp.q`` is the ``q`` of ``hdr_vdp``.
+    title, unit : str
+        For people.
+    better : str or None
+        Which way is better; None where neither is.
+    """
+
+    name: str
+    title: str
+    unit: str
+    better: Literal["higher", "lower"] | None
+
+    @property
+    def heading(self) -> str:
+        """Title and unit."""
+        return f"{self.title}, {self.unit}" if self.unit else self.title
+
+
+# Which way is better where a metric says several things.
+_PARTS: Final[Mapping[str, Literal["higher", "lower"]]] = {
+    "hdr_vdp.p_det": "lower",
+    "hdr_vdp.c_max": "lower",
+}
+
+
+def flat(values: Mapping[str, Value]) -> dict[str, float | None]:
+    """Values by flat names; a value of several numbers gives several."""
+    found: dict[str, float | None] = {}
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            found |= {f"{name}.{part}": number for part, number in value.items()}
+        else:
+            found[name] = value
+    return found
+
+
+def columns_of(report: Report) -> list[Column]:
+    """Every number that any row has, in the metrics' order, the gain last."""
+    names = dict.fromkeys(
+        name for pair in report.pairs for eye in pair.eyes for v in eye.views for name in
+        flat(v.values)
+    )  # fmt: skip
+    order = list(METRICS)
+    place = {name: index for index, name in enumerate(names)}
+    return [_column(name) for name in sorted(names, key=lambda n: (_rank(n, order), place[n]))]
+
+
+def _rank(name: str, order: list[str]) -> int:
+    metric = name.split(".")[0]
+    if metric == GAIN:
+        return len(order) + 1
+    return order.index(metric) if metric in order else len(order)
+
+
+def _column(name: str) -> Column:
+    metric, _, part = name.partition(".")
+    known = METRICS.get(metric)
+    if known is None:
+        return Column(name, name.replace("_", " "), "", None)
+    title = f"{known.title} {part}" if part else known.title
+    return Column(name, title, known.unit, _PARTS.get(name, known.better))
+
+
+def results_json(report: Report) -> dict[str, Any]:
+    """The numbers as scripts rely on them.
+
+    With one source and one rig ``left``, ``right`` and ``throughput`` stand at the top, beside
+    ``source`` and ``rig``; with several, ``cases`` is a list of such objects.
+    """
+    pairs = [_pair_json(pair) for pair in report.pairs]
+    shared: dict[str, Any] = {
+        "rays": report.rays,
+        "versions": dict(report.versions),
+        "notes": list(report.notes),
+        "failed": [dict(each) for each in report.failures],
+    }
+    return {**pairs[0], **shared} if len(pairs) == 1 else {"cases": pairs, **shared}
+
+
+def _pair_json(pair: Pair) -> dict[str, Any]:
+    eyes = {eye.side: {v.method: dict(v.values) for v in eye.views} for eye in pair.eyes}
+    return {"source": pair.source, "rig": pair.rig, "throughput": pair.throughput, **eyes}
+
+
+def results_csv(report: Report) -> str:
+    """A line for each source, rig, eye and method; what isn't defined is empty."""
+    columns = columns_of(report)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\r\n")
+    names = [column.name for column in columns]
+    writer.writerow(["source", "rig", "eye", "method", "throughput", *names])
+    for pair in report.pairs:
+        for eye in pair.eyes:
+            for view in eye.views:
+                values = flat(view.values)
+                numbers = ["" if values.get(n) is None else repr(values[n]) for n in names]
+                place = [pair.source, pair.rig, eye.side, view.method, repr(pair.throughput)]
+                writer.writerow([*place, *numbers])
+    return text.getvalue()
