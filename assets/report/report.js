@@ -40,8 +40,10 @@ for (const box of document.querySelectorAll(".compare")) {
     }
   };
   const size = () => {
-    const wide = under.naturalWidth * Number(zoom.value) / window.devicePixelRatio;
-    stage.style.width = zoom.value === "fit" ? "100%" : `${wide}px`;
+    const { naturalWidth: wide, naturalHeight: high } = under;
+    const fits = `min(100%, ${(80 * wide) / high}vh)`;
+    stage.style.width =
+      zoom.value === "fit" ? fits : `${(wide * zoom.value) / window.devicePixelRatio}px`;
     mark();
   };
   const drag = (event) => {

@@ -8,12 +8,11 @@ from importlib.util import find_spec
 from typing import Final
 
 from vrlf.evaluation.metrics import METRICS
-from vrlf.evaluation.report import Plot, Report, flat
-from vrlf.evaluation.report.model import Pair
+from vrlf.evaluation.report import Pair, Plot, Report, flat, short_names
 
 # The colours of METHODS; the colour-blind tell them apart (Okabe & Ito 2008), and so do marks.
 _MARKS: Final = {"none": ("#d55e00", "X"), "forward": ("#0072b2", "o"), "optimal": ("#009e73", "D")}
-_WIDTH_INCHES: Final = 7.0
+_WIDTH_INCHES: Final = 5.4
 _LINE_INCHES: Final = 0.32
 # With more lines than this nobody reads one; means over sources stand in their place.
 _MOST_LINES: Final = 36
@@ -48,11 +47,13 @@ def metric_lines(pairs: Sequence[Pair], name: str) -> Lines:
 
 def _gathered(pairs: Sequence[Pair], name: str, *, with_source: bool) -> Lines:
     found: dict[str, dict[str, list[float]]] = {}
+    sources = short_names(pair.source for pair in pairs)
+    rigs = short_names(pair.rig for pair in pairs)
     for pair in pairs:
         for eye in pair.eyes:
-            label = f"{pair.rig}, {eye.side}"
+            label = f"{rigs[pair.rig]}, {eye.side}"
             if with_source:
-                label = f"{pair.source}, {label}"
+                label = f"{sources[pair.source]}, {label}"
             for view in eye.views:
                 value = flat(view.values).get(name)
                 if value is not None:
@@ -96,7 +97,7 @@ def _plot(name: str, lines: Lines) -> Plot:
     return Plot(f"{heading}, by eye and method", _words(heading, lines), drawn.getvalue())
 
 
-def _short(label: str, most: int = 52) -> str:
+def _short(label: str, most: int = 36) -> str:
     # A dollar sign would begin a formula.
     text = label if len(label) <= most else f"…{label[1 - most :]}"
     return text.replace("$", r"\$")

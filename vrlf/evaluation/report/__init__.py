@@ -14,7 +14,7 @@ page       ``report_html``: the whole page
 """
 
 from vrlf.evaluation.report.model import Eye, Map, Pair, Plot, Report, View
-from vrlf.evaluation.report.numbers import columns_of, flat, results_csv, results_json
+from vrlf.evaluation.report.numbers import columns_of, flat, results_csv, results_json, short_names
 from vrlf.evaluation.report.page import report_html
 
 __all__ = [
@@ -29,4 +29,5 @@ __all__ = [
     "report_html",
     "results_csv",
     "results_json",
+    "short_names",
 ]

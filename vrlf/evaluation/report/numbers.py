@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
@@ -45,6 +47,14 @@ _PARTS: Final[Mapping[str, Literal["higher", "lower"]]] = {
     "hdr_vdp.p_det": "lower",
     "hdr_vdp.c_max": "lower",
 }
+
+
+def short_names(names: Iterable[str]) -> dict[str, str]:
+    """Paths by their last part, where no other has the same; for people, not for scripts."""
+    every = dict.fromkeys(names)
+    ends = {name: re.split(r"[/\\]", name.rstrip("/\\"))[-1] or name for name in every}
+    count = Counter(ends.values())
+    return {name: end if count[end] == 1 else name for name, end in ends.items()}
 
 
 def flat(values: Mapping[str, Value]) -> dict[str, float | None]:

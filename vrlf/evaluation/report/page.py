@@ -11,7 +11,7 @@ from typing import Final
 from vrlf import __version__
 from vrlf.evaluation.metrics import METRICS
 from vrlf.evaluation.report.model import Eye, Map, Pair, Plot, Report, View
-from vrlf.evaluation.report.numbers import flat, results_csv, results_json
+from vrlf.evaluation.report.numbers import flat, results_csv, results_json, short_names
 from vrlf.evaluation.report.parts import (
     bullets,
     colour_scale,
@@ -58,24 +58,25 @@ def report_html(report: Report) -> str:
         (folder / name).read_text(encoding="utf-8")
         for name in ("page.html", "report.css", "report.js")
     )
-    rigs = dict.fromkeys(pair.rig for pair in report.pairs)
-    sources = dict.fromkeys(pair.source for pair in report.pairs)
+    rigs = short_names(pair.rig for pair in report.pairs)
+    sources = short_names(pair.source for pair in report.pairs)
+    titles = [f"{sources[pair.source]}, {rigs[pair.rig]}" for pair in report.pairs]
     numbers = json.dumps(results_json(report), indent=2, allow_nan=False)
     return Template(page).substitute(
         version=escape(__version__),
         title=escape(TITLE),
         style=style,
         script=script,
-        lead=f"{_counted(len(sources), 'source')} before {_counted(len(rigs), 'rig')}, "
-        f"vrlf {escape(__version__)}",
+        lead=f"{_counted(len(sources), 'source')} before {_counted(len(rigs), 'rig')}, each eye "
+        f"and method by itself. Made by vrlf {escape(__version__)}.",
         notes=_notes(report),
-        contents=_contents(report),
+        contents=_contents(titles),
         how=f"{_HOW}{report.rays} rays a pixel.",
         plots=_plots(report.plots),
         table=numbers_table(report),
         csv=data_uri("text/csv", results_csv(report).encode()),
         json=data_uri("application/json", numbers.encode()),
-        pairs="\n".join(_pair(pair, f"pair{n}") for n, pair in enumerate(report.pairs)),
+        pairs="\n".join(_pair(pair, titles[n], f"pair{n}") for n, pair in enumerate(report.pairs)),
         rigs="\n".join(_rig(name, text) for name, text in report.rig_texts.items()),
         versions="<h3>Versions</h3>" + definition_table("Versions", report.versions.items()),
     )
@@ -98,9 +99,9 @@ def _notes(report: Report) -> str:
     return parts
 
 
-def _contents(report: Report) -> str:
+def _contents(titles: Sequence[str]) -> str:
     links = [("numbers", "Numbers")]
-    links += [(f"pair{n}", f"{pair.source}, {pair.rig}") for n, pair in enumerate(report.pairs)]
+    links += [(f"pair{n}", title) for n, title in enumerate(titles)]
     links.append(("rigs", "Rigs and versions"))
     return "\n".join(f'<li><a href="#{name}">{escape(text)}</a></li>' for name, text in links)
 
@@ -118,10 +119,10 @@ def _plots(plots: tuple[Plot, ...]) -> str:
     return f'<div class="plots">{"".join(drawn)}</div>'
 
 
-def _pair(pair: Pair, name: str) -> str:
+def _pair(pair: Pair, title: str, name: str) -> str:
     eyes = "\n".join(_eye(eye, f"{name}-{eye.side}") for eye in pair.eyes)
     return (
-        f'<section class="pair" id="{name}"><h2>{escape(pair.source)}, {escape(pair.rig)}</h2>'
+        f'<section class="pair" id="{name}"><h2>{escape(title)}</h2>'
         f'<p class="facts">{escape(pair.facts)}</p>{eyes}</section>'
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Final
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from vrlf.evaluation.metrics.colours import false_colour
 from vrlf.evaluation.report.model import Report
-from vrlf.evaluation.report.numbers import Column, columns_of, flat
+from vrlf.evaluation.report.numbers import Column, columns_of, flat, short_names
 
 _SCALE_STEPS: Final = 17
 MISSING: Final = "–"
@@ -69,14 +69,16 @@ def numbers_table(report: Report) -> str:
     columns = columns_of(report)
     heads = "".join(_head(name, "") for name in ("source", "rig", "eye", "method"))
     heads += "".join(_head(column.heading, "number") for column in columns)
+    sources = short_names(pair.source for pair in report.pairs)
+    rigs = short_names(pair.rig for pair in report.pairs)
     rows = []
     for pair in report.pairs:
         for eye in pair.eyes:
             values = [flat(view.values) for view in eye.views]
             best = [_best([each.get(column.name) for each in values], column) for column in columns]
             for view, each in zip(eye.views, values, strict=True):
-                names = (pair.source, pair.rig, eye.side, view.method)
-                cells = "".join(f'<td class="name">{escape(name)}</td>' for name in names)
+                cells = _named(sources, pair.source) + _named(rigs, pair.rig)
+                cells += f"<td>{escape(eye.side)}</td><td>{escape(view.method)}</td>"
                 cells += "".join(
                     _cell(each.get(column.name), top)
                     for column, top in zip(columns, best, strict=True)
@@ -93,6 +95,10 @@ def _head(text: str, kind: str) -> str:
         f'<th scope="col" class="{kind}" aria-sort="none">'
         f'<button type="button">{escape(text)}</button></th>'
     )
+
+
+def _named(short: Mapping[str, str], whole: str) -> str:
+    return f'<td class="name" title="{escape(whole)}">{escape(short[whole])}</td>'
 
 
 def _best(values: Sequence[float | None], column: Column) -> float | None:
