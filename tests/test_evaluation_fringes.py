@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vrlf.evaluation.fringes import colour_error, fringe
+from vrlf.evaluation.fringes import fringe
+from vrlf.evaluation.metrics.colour import colour_error
 from vrlf.model import Rig, load_rig
 from vrlf.optics.viewport import SIDES, viewport
 from vrlf.renderer import GpuRenderer, Image

@@ -7,6 +7,7 @@ main        ``vrlf``: the group, and how errors become one line
 options     options that several commands share: the rig, the device
 sources     what can stand where a command wants a SOURCE
 pictures    ``prefilter``, ``perceive``, ``chart``
+comparing   ``compare``: how like two pictures are
 previewing  ``preview``: the live window
 preview/    what the window is made of
 rendering   ``render``: its frames without it

@@ -11,6 +11,7 @@ import click
 
 from vrlf import __version__
 from vrlf.app.benching import bench
+from vrlf.app.comparing import compare
 from vrlf.app.demo import demo
 from vrlf.app.evaluating import evaluate
 from vrlf.app.eyes import eye
@@ -62,7 +63,7 @@ def vrlf(context: click.Context) -> None:
 
 
 for _command in (
-    *(demo, prefilter, perceive, evaluate, preview, render),
+    *(demo, prefilter, perceive, evaluate, compare, preview, render),
     *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench),
 ):
     vrlf.add_command(_command)

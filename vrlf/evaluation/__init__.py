@@ -1,11 +1,12 @@
 """Numbers for what an eye perceives against what it should.
 
-========== ==========================================================
+========== ============================================================
 file       holds
-========== ==========================================================
+========== ============================================================
 shift      PSNR after the best shift of the whole picture
 metrics/   every metric of two pictures, by name
 measure    RMSE, PSNR and SSIM of an eye, inside the border, after one gain
 fringes    colour that is seen where none was meant
-========== ==========================================================
+hdrvdp     HDR-VDP-2.2: which differences are seen, and how they spoil
+========== ============================================================
 """

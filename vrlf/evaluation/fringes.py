@@ -38,21 +38,12 @@ three err alike. The judge took 2048 rays a pixel, 512 in the second column.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vrlf.evaluation.measure import border_px, likeness
+from vrlf.evaluation.metrics.colour import fringe_share
 from vrlf.model import Rig
 from vrlf.optics.viewport import Side, viewport
 from vrlf.renderer import Image
-from vrlf.scene import luminance
-
-Float = NDArray[np.float64]
-
-
-def colour_error(seen: Image | Float, target: Image | Float) -> Float:
-    """c: the part of the difference that no grey could have made; (H, W, 3), luminance 0."""
-    difference = seen.astype(np.float64) - target.astype(np.float64)
-    return np.asarray(difference - luminance(difference)[..., None])
 
 
 def fringe(seen: Image, target: Image, rig: Rig, side: Side) -> float | None:
@@ -77,7 +68,4 @@ def fringe(seen: Image, target: Image, rig: Rig, side: Side) -> float | None:
     view, border = viewport(rig, side), border_px(rig, side)
     inner = (slice(border, view.height_px - border), slice(border, view.width_px - border))
     a, b = (picture[:, view.columns][inner].astype(np.float64) for picture in (seen, target))
-    light = float(luminance(b).mean())
-    if light == 0.0:
-        return None
-    return float(np.sqrt(np.mean(colour_error(gain * a, b) ** 2)) / light)
+    return fringe_share(gain * a, b)

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from vrlf.errors import InputError, OutputError, OutputPathError, VrlfError
 from vrlf.evaluation.measure import compared, require_room
-from vrlf.evaluation.metrics import METRICS, Scores, Viewing, score
-from vrlf.evaluation.metrics.colours import false_colour
+from vrlf.evaluation.metrics import METRICS, Scores, Viewing, false_colour, score
 from vrlf.files import make_folder
 from vrlf.images import write_encoded
 from vrlf.model import Rig

@@ -1,7 +1,8 @@
 """How like a picture is to what it should be: every metric under one name, and by itself.
 
 ``METRICS`` holds those that two pictures of equal size are enough for; ``vrlf compare`` knows
-them all. ``score`` takes several at once and goes on where one cannot be had.
+them all. ``score`` takes several at once and goes on where one cannot be had. Those that need an
+eye to show something to stand outside: ``edge`` (an MTF) and ``letters`` (an acuity).
 
 ========== ==============================================================================
 file       holds
@@ -11,10 +12,16 @@ fidelity   RMSE, PSNR, SSIM: the only place of their formulas
 flip       FLIP; the only flip_evaluator
 cvvdp      ColorVideoVDP; the only pycvvdp and torch
 visible    HDR-VDP-2, of ``evaluation.hdrvdp``
+contrast   how much is left of it at each spatial frequency
+colour     colour fringes, and how much light is left
+edge       MTF from a slanted edge, ISO 12233
+letters    the smallest line that stays legible, by an ideal observer
 table      ``METRICS`` and ``score``
+colours    a map as false colours
 ========== ==============================================================================
 """
 
+from vrlf.evaluation.metrics.colours import false_colour
 from vrlf.evaluation.metrics.model import (
     Metric,
     MetricError,
@@ -33,5 +40,6 @@ __all__ = [
     "Score",
     "Scores",
     "Viewing",
+    "false_colour",
     "score",
 ]

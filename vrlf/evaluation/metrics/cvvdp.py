@@ -7,8 +7,12 @@ library.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import importlib
+import os
+from collections.abc import Iterator
+from math import inf
 from typing import Any, Final
 
 import numpy as np
@@ -16,40 +20,74 @@ import numpy as np
 from vrlf.evaluation.metrics.model import MetricError, MissingExtraError, Picture, Score, Viewing
 
 _NAME: Final = "cvvdp_jod"
-# What the library takes as darkest anyway, so no black level that a panel has is lost.
-_CONTRAST: Final = 1e12
+# Stands for black where a picture has no light at all.
+_DARKEST_NIT: Final = 1e-6
+_LEAST_SIDE_PX: Final = 4  # fewer leave the library's pyramid no level
 
 
 def score_cvvdp(reference: Picture, test: Picture, viewing: Viewing) -> Score:
     """Quality in JOD, 10 for equal pictures, and the map of differences in JOD.
 
-    The library is told luminance, not pixel values, so its display has no curve of its own, no
-    ambient light and no end to its range above; it takes 0.005 cd/m2 as the darkest there is.
+    Contrasts are what it compares: of a picture that is evenly half as bright it says 10.
     """
-    library = _library()
-    colours = [viewing.colours_nit(each).astype(np.float32) for each in (test, reference)]
     height, width = reference.shape[:2]
-    metric = library.cvvdp(
-        display_photometry=library.vvdp_display_photo_eotf(
-            Y_peak=float(max(each.max() for each in colours)),
-            contrast=_CONTRAST,
-            source_colorspace="BT.709-linear",
-            E_ambient=0,
-        ),
-        display_geometry=library.vvdp_display_geometry(
-            (width, height), ppd=viewing.pixels_per_degree
-        ),
-        heatmap="raw",
-        quiet=True,
-    )
-    jod, details = metric.predict(*colours, dim_order="HWC")
+    if min(height, width) < _LEAST_SIDE_PX:
+        return Score(None, f"{width}x{height} pixels, wanted {_LEAST_SIDE_PX} a side")
+    colours = [viewing.colours_nit(each) for each in (test, reference)]
+    brightest = max(float(max(each.max() for each in colours)), _DARKEST_NIT)
+    shares = [(each / brightest).astype(np.float32) for each in colours]
+    with environment_kept():
+        library = load_library()
+        metric = library.cvvdp(
+            display_photometry=_linear_display(library, brightest),
+            display_geometry=library.vvdp_display_geometry(
+                (width, height), ppd=viewing.pixels_per_degree
+            ),
+            heatmap="raw",
+            quiet=True,
+        )
+        jod, details = metric.predict(*shares, dim_order="HWC")
     heat = np.asarray(details["heatmap"].numpy(), np.float64).reshape(height, width)
     if not (np.isfinite(float(jod)) and np.all(np.isfinite(heat))):
         raise MetricError(f"{_NAME}: found a result that is not finite, wanted numbers")
     return Score(float(jod), maps={"cvvdp": heat})
 
 
-def _library() -> Any:
+@contextlib.contextmanager
+def environment_kept() -> Iterator[None]:
+    """Take back what the library and torch write into the process's environment variables."""
+    before = dict(os.environ)
+    try:
+        yield
+    finally:
+        for name in os.environ.keys() - before.keys():
+            del os.environ[name]
+        os.environ.update(before)
+
+
+def _linear_display(library: Any, brightest_nit: float) -> Any:
+    """A display that shows luminance as it is told, 1 being ``brightest_nit``.
+
+    A gamma of 1, because the library's linear display cuts off below 0.005 cd/m2; no ambient
+    light, and no black of its own, for that is in the luminance already.
+    """
+    return library.vvdp_display_photo_eotf(
+        Y_peak=brightest_nit,
+        contrast=inf,
+        source_colorspace="sRGB",
+        EOTF="1",
+        E_ambient=0,
+    )
+
+
+def load_library() -> Any:
+    """The library itself.
+
+    Raises
+    ------
+    MissingExtraError
+        If it isn't there.
+    """
     try:
         _mend_torchvision()
         return importlib.import_module("pycvvdp")

@@ -7,6 +7,8 @@ from types import MappingProxyType
 from typing import Final
 
 from vrlf.errors import InputError, VrlfError
+from vrlf.evaluation.metrics.colour import score_fringe, score_light
+from vrlf.evaluation.metrics.contrast import score_contrast
 from vrlf.evaluation.metrics.cvvdp import score_cvvdp
 from vrlf.evaluation.metrics.fidelity import score_psnr, score_rmse, score_ssim
 from vrlf.evaluation.metrics.flip import score_flip
@@ -20,6 +22,9 @@ _ALL: Final = (
     Metric("flip", "FLIP", "", "lower", "flip", True, ("flip",), score_flip),
     Metric("cvvdp_jod", "ColorVideoVDP", "JOD", "higher", "cvvdp", True, ("cvvdp",), score_cvvdp),
     Metric("hdr_vdp", "HDR-VDP-2", "", "higher", None, True, ("P", "S"), score_hdr_vdp),
+    Metric("contrast", "contrast kept", "", "higher", None, True, (), score_contrast),
+    Metric("fringe", "colour fringe", "", "lower", None, False, (), score_fringe),
+    Metric("light", "light kept", "", "higher", None, False, (), score_light),
 )
 
 METRICS: Final[Mapping[str, Metric]] = MappingProxyType({each.name: each for each in _ALL})

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from vrlf.evaluation.metrics.colours import false_colour
+from vrlf.evaluation.metrics import false_colour
 from vrlf.evaluation.report.model import Report
 from vrlf.evaluation.report.numbers import Column, columns_of, flat, short_names
 
