@@ -28,11 +28,10 @@ from vrlf.app.sources import (
     target_of,
 )
 from vrlf.errors import InputError
-from vrlf.evaluation.metrics import METRICS
 from vrlf.files import make_folder, shown
 from vrlf.model import Rig
 from vrlf.renderer import GpuRenderer
-from vrlf.studies.evaluate import METHODS, Pictures, Question, run_evaluation
+from vrlf.studies.evaluate import METHODS, METRIC_NAMES, Pictures, Question, run_evaluation
 from vrlf.studies.evaluate_report import (
     REPORT,
     check_places,
@@ -69,8 +68,8 @@ from vrlf.studies.quality import JUDGING_RAYS
     "--metric",
     "metrics",
     multiple=True,
-    type=click.Choice(list(METRICS)),
-    default=list(METRICS),
+    type=click.Choice(METRIC_NAMES),
+    default=list(METRIC_NAMES),
     show_default=True,
     help="Can be given again. One whose library is not installed is left out, and named.",
 )
@@ -105,13 +104,13 @@ def evaluate(
     _check(named, rigs, taken)
     # In one order whatever was said first: a finished case is then the same.
     question_methods = [each for each in METHODS if each in methods]
-    question_metrics = [each for each in METRICS if each in metrics]
+    question_metrics = [each for each in METRIC_NAMES if each in metrics]
     with _results_folder(output) as folder, GpuRenderer() as renderer:
         versions = versions_of(renderer.device.info)
         question = Question(question_methods, question_metrics, rays, versions)
         pictures = _pictures(named, renderer, taken)
         found = run_evaluation(renderer, pictures, rigs, question, folder, progress=say)
-        for note in notes_of(found.cases):
+        for note in notes_of(found):
             say(f"take note: {note}")
         report = report_of(found, named, rigs, folder, rays=rays, versions=versions)
         numbers = write_report(report, folder)

@@ -1,8 +1,9 @@
 """Every source, rig and method: what each eye perceives, in all metrics, case by case.
 
 A case is one source, rig and method. Its panel image is judged by what is perceived of it
-through the rig; ``none`` is the bare target on a panel without an array. Cases that an earlier
-run has finished are taken from the folder (see ``evaluate_store``).
+through the rig; ``none`` is the bare target on a panel without an array. Letters and an edge
+(see ``evaluate_charts``) are a case of their own for each rig and method, whatever the sources.
+Cases that an earlier run has finished are taken from the folder (see ``evaluate_store``).
 """
 
 from __future__ import annotations
@@ -17,14 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vrlf.errors import InputError, OutputError, OutputPathError, VrlfError
-from vrlf.evaluation.measure import compared, require_room
-from vrlf.evaluation.metrics import METRICS, Scores, Viewing, false_colour, score
+from vrlf.evaluation.measure import require_room
+from vrlf.evaluation.metrics import METRICS
 from vrlf.files import make_folder
 from vrlf.images import write_encoded
 from vrlf.model import Rig
-from vrlf.optics.inspect import display_numbers
 from vrlf.optics.viewport import SIDES, Side, viewport
-from vrlf.renderer import GpuRenderer, Image, bare_rig, check_rays
+from vrlf.renderer import GpuRenderer, Image, check_rays
+from vrlf.studies.evaluate_charts import CHART_METRICS, CHART_RAYS, chart_rig, read_charts
+from vrlf.studies.evaluate_judge import judge, method_rig, shown_and_seen
 from vrlf.studies.evaluate_store import (
     CaseFound,
     EyeFound,
@@ -38,10 +40,9 @@ from vrlf.studies.evaluate_store import (
 from vrlf.studies.quality import JUDGING_RAYS
 
 METHODS: Final = ("none", "forward", "optimal")
-# What a map shows where nothing is judged: middle grey, no colour of a map.
-_UNJUDGED: Final = 128
-# S of HDR-VDP-2 has no end, so no scale of colours.
-_UNSHOWN_MAPS: Final = frozenset({"S"})
+METRIC_NAMES: Final = (*METRICS, *CHART_METRICS)
+# Stands for a source where letters and an edge are shown.
+CHARTS: Final = "<letters and edge>"
 # Targets kept between the first look at all of them and their cases.
 _MOST_KEPT_BYTES: Final = 2**28
 Pictures = Mapping[str, Callable[[Rig], Image]]
@@ -56,7 +57,7 @@ class Question:
     methods : sequence of str
         Of ``METHODS``.
     metrics : sequence of str
-        Of ``evaluation.metrics.METRICS``.
+        Of ``METRIC_NAMES``.
     rays : int
         For each retinal pixel, of the judge.
     versions : mapping
@@ -78,7 +79,7 @@ class Question:
         """
         for what, names, known in (
             ("method", self.methods, METHODS),
-            ("metric", self.metrics, tuple(METRICS)),
+            ("metric", self.metrics, METRIC_NAMES),
         ):
             if not names:
                 raise InputError(f"{what}: found none, wanted one or more of {', '.join(known)}")
@@ -107,6 +108,8 @@ class Evaluation:
     Attributes
     ----------
     cases : tuple of CaseFound
+    charts : tuple of CaseFound
+        What each rig and method lets the eyes read and resolve.
     failures : tuple of Failure
     targets : mapping
         What each eye should perceive, PNG by eye, by source and rig.
@@ -115,6 +118,7 @@ class Evaluation:
     """
 
     cases: tuple[CaseFound, ...]
+    charts: tuple[CaseFound, ...]
     failures: tuple[Failure, ...]
     targets: Mapping[tuple[str, str], Mapping[Side, bytes]]
     resumed: int
@@ -129,18 +133,6 @@ class _Asked:
     method: str
     key: str
     place: Path
-
-
-def rig_viewing(rig: Rig) -> Viewing:
-    """True pixels per degree on the axis, and the panel's luminance."""
-    ppd = display_numbers(rig)["pixels_per_degree"]
-    assert ppd is not None
-    return Viewing(ppd, rig.panel.peak_nit)
-
-
-def method_rig(rig: Rig, method: str) -> Rig:
-    """The rig with that prefilter, all its other settings kept."""
-    return rig.model_copy(update={"prefilter": rig.prefilter.model_copy(update={"method": method})})
 
 
 def run_evaluation(
@@ -176,35 +168,52 @@ def run_evaluation(
     """
     question.check()
     _require_some(pictures, rigs)
-    targets = _Targets(pictures, rigs)
-    say, encoded = progress or (lambda _: None), {}
-    asked = []
+    say = progress or (lambda _: None)
+    targets, encoded = _Targets(pictures, rigs), {}
+    asked: list[_Asked] = []
     for source in pictures:
-        for name in rigs:
+        for name, rig in rigs.items():
             target = targets.get(source, name)
-            encoded[source, name] = _keep_target(renderer, source, name, rigs[name], target, folder)
-            asked += list(_asked(renderer, source, name, rigs[name], target, question, folder))
+            encoded[source, name] = _keep_target(renderer, source, name, rig, target, folder)
+            digest = picture_digest(target)
+            asked += _asked(renderer, source, name, rig, digest, question, folder)
+    if any(name in CHART_METRICS for name in question.metrics):
+        for name, rig in rigs.items():
+            asked += _asked(renderer, CHARTS, name, rig, "", question, folder)
     done = {each: load_case(each.place, each.key) for each in asked}
-    resumed = sum(each is not None for each in done.values())
-    if resumed:
-        say(f"{resumed} of {len(asked)} cases are finished already")
-    cases, failures, clock = [], [], _Clock(len(asked) - resumed)
-    for each in asked:
-        found = done[each]
-        if found is None:
-            say(f"{clock.place()} {each.source}, {each.rig_name}, {each.method}{clock.left()}")
-            try:
-                target, rig = targets.get(each.source, each.rig_name), rigs[each.rig_name]
-                found = _compute(renderer, each, rig, target, question)
-            except (OutputError, OutputPathError):
-                raise
-            except Exception as error:
-                failures.append(_failure(each, error))
-                say(f"failed: {failures[-1].reason}")
-            clock.tick()
-        if found is not None:
-            cases.append(found)
-    return Evaluation(tuple(cases), tuple(failures), encoded, resumed)
+    missing = [each for each in asked if done[each] is None]
+    if len(missing) < len(asked):
+        say(f"{len(asked) - len(missing)} of {len(asked)} cases are finished already")
+    failures, clock = [], _Clock(len(missing))
+    for each in _in_working_order(missing, rigs, question):
+        say(f"{clock.place()} {each.source}, {each.rig_name}, {each.method}{clock.left()}")
+        try:
+            done[each] = _compute(renderer, each, rigs[each.rig_name], targets, question)
+        except (OutputError, OutputPathError):
+            raise
+        except Exception as error:
+            failures.append(_failure(each, error))
+            say(f"failed: {failures[-1].reason}")
+        clock.tick()
+    found = [case for case in done.values() if case is not None]
+    return Evaluation(
+        cases=tuple(case for case in found if case.source != CHARTS),
+        charts=tuple(case for case in found if case.source == CHARTS),
+        failures=tuple(failures),
+        targets=encoded,
+        resumed=len(asked) - len(missing),
+    )
+
+
+def _in_working_order(
+    cases: Sequence[_Asked], rigs: Mapping[str, Rig], question: Question
+) -> list[_Asked]:
+    """Rig by rig and method by method: their tables are then made once for all sources."""
+    rig_place = {name: place for place, name in enumerate(rigs)}
+    method_place = {name: place for place, name in enumerate(question.methods)}
+    return sorted(
+        cases, key=lambda c: (rig_place[c.rig_name], method_place[c.method], c.source != CHARTS)
+    )
 
 
 def _require_some(pictures: Pictures, rigs: Mapping[str, Rig]) -> None:
@@ -288,17 +297,18 @@ def _asked(
     source: str,
     rig_name: str,
     rig: Rig,
-    target: Image,
+    target_digest: str,
     question: Question,
     folder: Path,
 ) -> Iterator[_Asked]:
     """The cases of one source and rig, with their keys."""
+    is_chart = source == CHARTS
     shared = {
         "source": source,
         "rig_name": rig_name,
         "rig": rig.model_dump(mode="json", by_alias=True),
-        "target": picture_digest(target),
-        "metrics": list(question.metrics),
+        "target": target_digest,
+        "metrics": [name for name in question.metrics if (name in CHART_METRICS) == is_chart],
         "rays": question.rays,
         "renderer": renderer.device.info.renderer,
         "versions": dict(question.versions or {}),
@@ -310,13 +320,14 @@ def _asked(
 
 
 def _compute(
-    renderer: GpuRenderer, asked: _Asked, rig: Rig, target: Image, question: Question
+    renderer: GpuRenderer, asked: _Asked, rig: Rig, targets: _Targets, question: Question
 ) -> CaseFound:
     """Prefilter, perceive, judge, and keep."""
+    if asked.source == CHARTS:
+        return _compute_charts(renderer, asked, rig, question)
+    target = targets.get(asked.source, asked.rig_name)
     filtered = method_rig(rig, asked.method)
-    panel = renderer.prefilter(target, filtered)
-    seen_by = bare_rig(rig) if asked.method == "none" else filtered
-    seen = renderer.perceive(panel, seen_by, rays=question.rays)
+    panel, seen = shown_and_seen(renderer, target, filtered, question.rays)
     pictures: dict[str, NDArray[np.uint8]] = {}
     eyes: dict[Side, EyeFound] = {}
     codes = {"panel": renderer.encode(panel), "seen": renderer.encode(seen)}
@@ -325,42 +336,25 @@ def _compute(
         pictures |= {f"{side}-{name}.png": each[:, columns] for name, each in codes.items()}
         eyes[side], maps = judge(seen, target, filtered, side, question.metrics)
         pictures |= maps
+    return _kept(asked, eyes, pictures)
+
+
+def _compute_charts(
+    renderer: GpuRenderer, asked: _Asked, rig: Rig, question: Question
+) -> CaseFound:
+    rays = min(question.rays, CHART_RAYS)
+    eyes = read_charts(
+        chart_rig(method_rig(rig, asked.method)),
+        lambda target, shown_by: shown_and_seen(renderer, target, shown_by, rays)[1],
+        question.metrics,
+    )
+    return _kept(asked, eyes, {})
+
+
+def _kept(
+    asked: _Asked, eyes: Mapping[Side, EyeFound], pictures: Mapping[str, NDArray[np.uint8]]
+) -> CaseFound:
     found = CaseFound(
         asked.key, asked.source, asked.rig_name, asked.method, eyes["left"], eyes["right"], {}
     )
     return store_case(asked.place, found, pictures)
-
-
-def judge(
-    seen: Image, target: Image, rig: Rig, side: Side, metrics: Sequence[str]
-) -> tuple[EyeFound, dict[str, NDArray[np.uint8]]]:
-    """What one eye perceives against what it should: numbers, and maps as pictures.
-
-    Parameters
-    ----------
-    seen, target : ndarray (H, W, 3)
-        Linear light on the panel's raster.
-    rig : Rig
-        Whose method made the panel image: ``optimal`` alone raises the black level.
-    """
-    black = rig.prefilter.black_level if rig.prefilter.method == "optimal" else 0.0
-    pair = compared(seen, target, rig, side, black_level=black)
-    scores = score(metrics, pair.target, pair.seen, rig_viewing(rig))
-    view = viewport(rig, side)
-    pictures: dict[str, NDArray[np.uint8]] = {}
-    named: dict[str, str] = {}
-    for title, values in _shown_maps(scores):
-        framed = np.full((view.height_px, view.width_px, 3), _UNJUDGED, np.uint8)
-        framed[pair.inner] = false_colour(values)
-        named[title] = f"{side}-{title}.png"
-        pictures[named[title]] = framed
-    values_by_name = {**scores.values, "gain": pair.gain}
-    return EyeFound(values_by_name, scores.reasons, scores.failed, named), pictures
-
-
-def _shown_maps(scores: Scores) -> Iterator[tuple[str, NDArray[np.float64]]]:
-    """Each map that ends at 1, by its metric's name."""
-    for metric, maps in scores.maps.items():
-        for name, values in maps.items():
-            if name not in _UNSHOWN_MAPS:
-                yield metric, values

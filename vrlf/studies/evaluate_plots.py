@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from vrlf.evaluation.metrics import METRICS
-from vrlf.evaluation.report import Pair, Plot, Report, flat, short_names
+from vrlf.evaluation.report import Pair, Plot, Report, View, flat, short_names
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # The colours of METHODS; the colour-blind tell them apart (Okabe & Ito 2008), and so do marks.
 _MARKS: Final = {"none": ("#d55e00", "X"), "forward": ("#0072b2", "o"), "optimal": ("#009e73", "D")}
@@ -16,7 +20,11 @@ _WIDTH_INCHES: Final = 5.4
 _LINE_INCHES: Final = 0.32
 # With more lines than this nobody reads one; means over sources stand in their place.
 _MOST_LINES: Final = 36
-_PLOTTED: Final = ("psnr_db", "ssim", "flip", "cvvdp_jod", "hdr_vdp.q", "fringe")
+_PLOTTED: Final = ("psnr_db", "ssim", "flip", "cvvdp_jod", "hdr_vdp.q", "acuity.decimal", "fringe")
+_CURVES: Final = {
+    "contrast": ("Contrast kept at each frequency", "contrast, of the target's"),
+    "mtf": ("MTF of a slanted edge", "contrast kept"),
+}
 NO_MATPLOTLIB: Final = "plots: found no matplotlib, wanted it installed; pip install 'vrlf[plots]'"
 
 Lines = dict[str, dict[str, float]]
@@ -64,19 +72,48 @@ def _gathered(pairs: Sequence[Pair], name: str, *, with_source: bool) -> Lines:
     }
 
 
-def _plot(name: str, lines: Lines) -> Plot:
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
+def eye_plots(views: Sequence[View]) -> tuple[Plot, ...]:
+    """A plot for each metric of one eye that has a number at each frequency."""
+    plots = []
+    for name, (heading, axis) in _CURVES.items():
+        curves = {
+            view.method: {float(x): float(y) for x, y in found.items()}
+            for view in views
+            if isinstance(found := view.values.get(name), Mapping)
+        }
+        if curves:
+            plots.append(_curves(heading, axis, curves))
+    return tuple(plots)
 
+
+def _curves(heading: str, axis: str, curves: Mapping[str, Mapping[float, float]]) -> Plot:
+    with _drawing(3.4) as (axes, finish):
+        for method, curve in curves.items():
+            colour, mark = _MARKS[method]
+            above = {x: y for x, y in curve.items() if x > 0.0}
+            points = [*above], [*above.values()]
+            axes.plot(*points, color=colour, marker=mark, markersize=3.5, label=method)
+        axes.set_xscale("log")
+        axes.set_ylim(0.0, 1.5)
+        axes.axhline(1.0, color="0.6", linewidth=1.0, zorder=0)
+        axes.set_xlabel("cycles per degree")
+        axes.set_ylabel(axis)
+        axes.grid(color="0.92", which="both")
+        svg = finish()
+    most = ", ".join(
+        f"{method} up to {max(curve):.3g} cycles/degree" for method, curve in curves.items()
+    )
+    return Plot(heading, f"{heading}: {most}", svg)
+
+
+def _plot(name: str, lines: Lines) -> Plot:
     metric, _, part = name.partition(".")
     known = METRICS.get(metric)
-    title, unit, better = (known.title, known.unit, known.better) if known else (name, "", "lower")
+    title, unit, better = (
+        (known.title, known.unit, known.better) if known else (metric, "", "higher")
+    )
     heading = f"{title} {part}".strip() + (f", {unit}" if unit else "")
-    height = 1.1 + _LINE_INCHES * len(lines)
-    # Without a salt the names inside the file would be other ones each time.
-    with rc_context({"svg.hashsalt": "vrlf", "svg.fonttype": "path", "font.size": 9.0}):
-        figure = Figure(figsize=(_WIDTH_INCHES, height), layout="constrained")
-        axes = figure.add_subplot()
+    with _drawing(1.1 + _LINE_INCHES * len(lines)) as (axes, finish):
         for place, methods in enumerate(lines.values()):
             axes.plot([*methods.values()], [place] * len(methods), color="0.8", zorder=1)
         for method, (colour, mark) in _MARKS.items():
@@ -88,13 +125,32 @@ def _plot(name: str, lines: Lines) -> Plot:
         axes.set_ylim(len(lines) - 0.5, -0.5)
         axes.set_xlabel(f"{heading}  ({better} is better)")
         axes.grid(axis="x", color="0.92")
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right", "left"]].set_visible(False)
+        axes.spines["left"].set_visible(False)
         axes.tick_params(axis="y", length=0)
-        figure.legend(loc="outside upper left", ncols=3, frameon=False)
-        drawn = io.BytesIO()
-        figure.savefig(drawn, format="svg", metadata={"Date": None})
-    return Plot(f"{heading}, by eye and method", _words(heading, lines), drawn.getvalue())
+        svg = finish()
+    return Plot(f"{heading}, by eye and method", _words(heading, lines), svg)
+
+
+@contextlib.contextmanager
+def _drawing(height_inches: float) -> Iterator[tuple[Axes, Callable[[], bytes]]]:
+    """Axes to draw into, and what turns them into SVG."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    # Without a salt the names inside the file would be other ones each time.
+    with rc_context({"svg.hashsalt": "vrlf", "svg.fonttype": "path", "font.size": 9.0}):
+        figure = Figure(figsize=(_WIDTH_INCHES, height_inches), layout="constrained")
+        axes = figure.add_subplot()
+
+        def finish() -> bytes:
+            axes.set_axisbelow(True)
+            axes.spines[["top", "right"]].set_visible(False)
+            figure.legend(loc="outside upper left", ncols=3, frameon=False)
+            drawn = io.BytesIO()
+            figure.savefig(drawn, format="svg", metadata={"Date": None})
+            return drawn.getvalue()
+
+        yield axes, finish
 
 
 def _short(label: str, most: int = 36) -> str:

@@ -25,6 +25,7 @@ from vrlf.evaluation.report import (
     report_html,
     results_csv,
     results_json,
+    short_names,
 )
 from vrlf.evaluation.report.parts import number_text
 from vrlf.files import atomic_write_text, check_target, make_folder
@@ -34,14 +35,14 @@ from vrlf.model.saving import rig_text
 from vrlf.optics.inspect import inspect_rig
 from vrlf.optics.viewport import SIDES, Side
 from vrlf.studies.evaluate import Evaluation
-from vrlf.studies.evaluate_plots import NO_MATPLOTLIB, evaluation_plots, have_matplotlib
+from vrlf.studies.evaluate_plots import NO_MATPLOTLIB, evaluation_plots, eye_plots, have_matplotlib
 from vrlf.studies.evaluate_store import CaseFound, case_folder, slug
 
 REPORT: Final = "report.html"
 NUMBERS: Final = ("results.json", "results.csv")
 _RIGS: Final = "rigs"
 # The numbers that a terminal has room for.
-_SHORT: Final = frozenset({"psnr_db", "ssim", "flip", "cvvdp_jod", "hdr_vdp.q"})
+_SHORT: Final = frozenset({"psnr_db", "ssim", "flip", "cvvdp_jod", "acuity.decimal"})
 # What the numbers depend on, by the name that it is installed under.
 _LIBRARIES: Final = ("numpy", "scipy", "scikit-image", "flip-evaluator", "cvvdp", "torch")
 
@@ -69,10 +70,10 @@ def check_places(folder: Path) -> None:
         check_target(folder / name)
 
 
-def notes_of(cases: Sequence[CaseFound]) -> list[str]:
+def notes_of(found: Evaluation) -> list[str]:
     """What could not be had of the metrics, each reason once."""
     lines: dict[str, None] = {}
-    for case in cases:
+    for case in (*found.cases, *found.charts):
         for side in SIDES:
             lines |= dict.fromkeys(case.eye(side).failed.values())
     return list(lines)
@@ -91,7 +92,7 @@ def report_of(
     pairs = tuple(
         _pair(source, name, rig, found, folder) for source in sources for name, rig in rigs.items()
     )
-    notes = notes_of(found.cases)
+    notes = notes_of(found)
     if not have_matplotlib():
         notes.append(NO_MATPLOTLIB)
     report = Report(
@@ -134,31 +135,38 @@ def _rig_files(names: Mapping[str, str]) -> list[str]:
 
 def _pair(source: str, name: str, rig: Rig, found: Evaluation, folder: Path) -> Pair:
     cases = [case for case in found.cases if (case.source, case.rig) == (source, name)]
+    charts = {case.method: case for case in found.charts if case.rig == name}
     numbers = inspect_rig(rig)
-    eyes = tuple(
-        Eye(
-            side=side,
-            paper=_eye_words(rig, side, numbers),
-            border_px=border_px(rig, side),
-            target=found.targets[source, name][side],
-            views=tuple(_view(case, side, folder) for case in cases),
+    eyes = []
+    for side in SIDES:
+        views = tuple(_view(case, charts.get(case.method), side, folder) for case in cases)
+        eyes.append(
+            Eye(
+                side=side,
+                paper=_eye_words(rig, side, numbers),
+                border_px=border_px(rig, side),
+                target=found.targets[source, name][side],
+                views=views,
+                plots=eye_plots(views) if have_matplotlib() else (),
+            )
         )
-        for side in SIDES
-    )
-    return Pair(source, name, numbers["array"]["throughput"], _rig_words(rig, numbers), eyes)
+    return Pair(source, name, numbers["array"]["throughput"], _rig_words(rig, numbers), tuple(eyes))
 
 
-def _view(case: CaseFound, side: Side, folder: Path) -> View:
+def _view(case: CaseFound, charts: CaseFound | None, side: Side, folder: Path) -> View:
     place = case_folder(folder, case.source, case.rig, case.method, case.key)
     eye = case.eye(side)
-    reasons = [f"{case.method}, {name}: {reason}" for name, reason in eye.reasons.items()]
+    values, reasons = dict(eye.values), dict(eye.reasons)
+    if charts is not None:
+        values |= charts.eye(side).values
+        reasons |= charts.eye(side).reasons
     return View(
         method=case.method,
         seen=(place / f"{side}-seen.png").read_bytes(),
         panel=(place / f"{side}-panel.png").read_bytes(),
-        values=eye.values,
+        values=values,
         maps=tuple(Map(title, (place / file).read_bytes()) for title, file in eye.maps.items()),
-        notes=tuple(reasons),
+        notes=tuple(f"{case.method}, {name}: {reason}" for name, reason in reasons.items()),
     )
 
 
@@ -207,12 +215,14 @@ def evaluation_table(report: Report) -> Table:
     shown_columns = [c for c in columns_of(report) if c.name in _SHORT]
     for column in shown_columns:
         table.add_column(column.heading, justify="right")
+    sources = short_names(pair.source for pair in report.pairs)
+    rigs = short_names(pair.rig for pair in report.pairs)
     for pair in report.pairs:
+        both = (sources[pair.source], rigs[pair.rig])
+        names = [name for name, is_shown in zip(both, several, strict=True) if is_shown]
         for eye in pair.eyes:
             for view in eye.views:
                 values = flat(view.values)
-                names = [n for n, is_shown in zip((pair.source, pair.rig), several, strict=True)
-                         if is_shown]  # fmt: skip
                 numbers = [number_text(values.get(column.name)) for column in shown_columns]
                 table.add_row(*names, eye.side, view.method, *numbers)
     return table

@@ -48,6 +48,22 @@ class View:
 
 
 @dataclass(frozen=True)
+class Plot:
+    """A plot that is drawn already.
+
+    Attributes
+    ----------
+    title, words : str
+        Its heading, and what it shows, for those who cannot see it.
+    svg : bytes
+    """
+
+    title: str
+    words: str
+    svg: bytes
+
+
+@dataclass(frozen=True)
 class Eye:
     """One eye before one target.
 
@@ -63,6 +79,8 @@ class Eye:
         What it should perceive, PNG.
     views : tuple of View
         By method.
+    plots : tuple of Plot
+        Of what has a number at each frequency.
     """
 
     side: str
@@ -70,6 +88,7 @@ class Eye:
     border_px: int
     target: bytes
     views: tuple[View, ...]
+    plots: tuple[Plot, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -90,22 +109,6 @@ class Pair:
     throughput: float
     facts: str
     eyes: tuple[Eye, ...]
-
-
-@dataclass(frozen=True)
-class Plot:
-    """A plot that is drawn already.
-
-    Attributes
-    ----------
-    title, words : str
-        Its heading, and what it shows, for those who cannot see it.
-    svg : bytes
-    """
-
-    title: str
-    words: str
-    svg: bytes
 
 
 @dataclass(frozen=True)

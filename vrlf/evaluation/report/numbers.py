@@ -15,6 +15,7 @@ from vrlf.evaluation.metrics.model import Value
 from vrlf.evaluation.report.model import Pair, Report
 
 GAIN: Final = "gain"
+Better = Literal["higher", "lower"]
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Column:
     name: str
     title: str
     unit: str
-    better: Literal["higher", "lower"] | None
+    better: Better | None
 
     @property
     def heading(self) -> str:
@@ -43,10 +44,20 @@ class Column:
 
 
 # Which way is better where a metric says several things.
-_PARTS: Final[Mapping[str, Literal["higher", "lower"]]] = {
+_PARTS: Final[Mapping[str, Better]] = {
     "hdr_vdp.p_det": "lower",
     "hdr_vdp.c_max": "lower",
+    "acuity.logmar": "lower",
 }
+# What ``METRICS`` has not: title, unit, which way is better.
+_OTHERS: Final[Mapping[str, tuple[str, str, Better | None]]] = {
+    "acuity": ("acuity", "", "higher"),
+    "mtf50": ("half contrast at", "cycles/degree", "higher"),
+    "mtf": ("MTF", "", "higher"),
+    GAIN: ("gain", "", None),
+}
+# Values that are curves over frequency: plots show them, tables don't.
+CURVES: Final = frozenset({"contrast", "mtf"})
 
 
 def short_names(names: Iterable[str]) -> dict[str, str]:
@@ -68,31 +79,31 @@ def flat(values: Mapping[str, Value]) -> dict[str, float | None]:
     return found
 
 
-def columns_of(report: Report) -> list[Column]:
-    """Every number that any row has, in the metrics' order, the gain last."""
-    names = dict.fromkeys(
-        name for pair in report.pairs for eye in pair.eyes for v in eye.views for name in
-        flat(v.values)
-    )  # fmt: skip
-    order = list(METRICS)
-    place = {name: index for index, name in enumerate(names)}
-    return [_column(name) for name in sorted(names, key=lambda n: (_rank(n, order), place[n]))]
+def columns_of(report: Report, *, curves: bool = False) -> list[Column]:
+    """Every number that any row has, in the metrics' order, the gain last.
+
+    ``curves`` has those at each frequency in as well.
+    """
+    views = [view for pair in report.pairs for eye in pair.eyes for view in eye.views]
+    names = dict.fromkeys(name for view in views for name in flat(view.values))
+    shown = [name for name in names if curves or _metric(name) not in CURVES]
+    order = [*METRICS, *_OTHERS]
+    return [_column(name) for name in sorted(shown, key=lambda name: order.index(_metric(name)))]
 
 
-def _rank(name: str, order: list[str]) -> int:
-    metric = name.split(".")[0]
-    if metric == GAIN:
-        return len(order) + 1
-    return order.index(metric) if metric in order else len(order)
+def _metric(name: str) -> str:
+    """Of a flat name; a frequency may have a dot of its own."""
+    return name.partition(".")[0]
 
 
 def _column(name: str) -> Column:
     metric, _, part = name.partition(".")
-    known = METRICS.get(metric)
-    if known is None:
-        return Column(name, name.replace("_", " "), "", None)
-    title = f"{known.title} {part}" if part else known.title
-    return Column(name, title, known.unit, _PARTS.get(name, known.better))
+    if metric in METRICS:
+        known = METRICS[metric]
+        title, unit, better = known.title, known.unit, known.better
+        return Column(name, f"{title} {part}".strip(), unit, _PARTS.get(name, better))
+    title, unit, usual = _OTHERS[metric]
+    return Column(name, f"{title} {part}".strip(), unit, _PARTS.get(name, usual))
 
 
 def results_json(report: Report) -> dict[str, Any]:
@@ -118,7 +129,7 @@ def _pair_json(pair: Pair) -> dict[str, Any]:
 
 def results_csv(report: Report) -> str:
     """A line for each source, rig, eye and method; what isn't defined is empty."""
-    columns = columns_of(report)
+    columns = columns_of(report, curves=True)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\r\n")
     names = [column.name for column in columns]

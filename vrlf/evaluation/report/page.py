@@ -153,7 +153,15 @@ def _eye(eye: Eye, name: str) -> str:
         shown += f'<h4>What the panel shows</h4><div class="gallery">{"".join(panels)}</div>'
     notes = list(dict.fromkeys(note for view in eye.views for note in view.notes))
     said = f'<div class="notes" role="note">{bullets(notes)}</div>' if notes else ""
-    return head + _compare(eye, name) + shown + _maps(eye, title) + said + "</section>"
+    return (
+        head
+        + _compare(eye, name)
+        + shown
+        + _maps(eye, title)
+        + _plots(eye.plots)
+        + said
+        + "</section>"
+    )
 
 
 def _words(view: View) -> str:
