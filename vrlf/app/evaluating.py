@@ -36,7 +36,6 @@ from vrlf.studies.evaluate_report import (
     REPORT,
     check_places,
     evaluation_table,
-    notes_of,
     report_of,
     versions_of,
     write_report,
@@ -110,9 +109,9 @@ def evaluate(
         question = Question(question_methods, question_metrics, rays, versions)
         pictures = _pictures(named, renderer, taken)
         found = run_evaluation(renderer, pictures, rigs, question, folder, progress=say)
-        for note in notes_of(found):
-            say(f"take note: {note}")
         report = report_of(found, named, rigs, folder, rays=rays, versions=versions)
+        for note in report.notes:
+            say(f"take note: {note}")
         numbers = write_report(report, folder)
     file = str(folder / REPORT)
     if as_json:

@@ -169,14 +169,16 @@ def run_evaluation(
     question.check()
     _require_some(pictures, rigs)
     say = progress or (lambda _: None)
-    targets, encoded = _Targets(pictures, rigs), {}
-    asked: list[_Asked] = []
-    for source in pictures:
-        for name, rig in rigs.items():
-            target = targets.get(source, name)
-            encoded[source, name] = _keep_target(renderer, source, name, rig, target, folder)
-            digest = picture_digest(target)
-            asked += _asked(renderer, source, name, rig, digest, question, folder)
+    targets = _Targets(pictures, rigs)
+    pairs = [(source, name) for source in pictures for name in rigs]
+    # All of them before anything is written: a source that cannot be read leaves no trace.
+    digests = {pair: picture_digest(targets.get(*pair)) for pair in pairs}
+    encoded, asked = {}, list[_Asked]()
+    for source, name in pairs:
+        digest, rig = digests[source, name], rigs[name]
+        place = target_folder(folder, source, name, digest)
+        encoded[source, name] = _keep_target(renderer, targets.get(source, name), rig, place)
+        asked += _asked(renderer, source, name, rig, digest, question, folder)
     if any(name in CHART_METRICS for name in question.metrics):
         for name, rig in rigs.items():
             asked += _asked(renderer, CHARTS, name, rig, "", question, folder)
@@ -235,11 +237,9 @@ def _failure(each: _Asked, error: Exception) -> Failure:
     return Failure(each.source, each.rig_name, each.method, reason)
 
 
-def _keep_target(
-    renderer: GpuRenderer, source: str, rig_name: str, rig: Rig, target: Image, folder: Path
-) -> dict[Side, bytes]:
+def _keep_target(renderer: GpuRenderer, target: Image, rig: Rig, place: Path) -> dict[Side, bytes]:
     """Each eye's target as a PNG, which is kept in the folder."""
-    place = make_folder(target_folder(folder, source, rig_name, picture_digest(target)))
+    make_folder(place)
     codes, files = renderer.encode(target), {}
     for side in SIDES:
         file = place / f"{side}.png"

@@ -20,7 +20,15 @@ _WIDTH_INCHES: Final = 5.4
 _LINE_INCHES: Final = 0.32
 # With more lines than this nobody reads one; means over sources stand in their place.
 _MOST_LINES: Final = 36
-_PLOTTED: Final = ("psnr_db", "ssim", "flip", "cvvdp_jod", "hdr_vdp.q", "acuity.decimal", "fringe")
+_PLOTTED: Final = (
+    "psnr_db",
+    "ssim",
+    "flip",
+    "cvvdp_jod",
+    "hdr_vdp.q_mos",
+    "acuity.decimal",
+    "fringe",
+)
 _CURVES: Final = {
     "contrast": ("Contrast kept at each frequency", "contrast, of the target's"),
     "mtf": ("MTF of a slanted edge", "contrast kept"),

@@ -86,7 +86,10 @@ def columns_of(report: Report, *, curves: bool = False) -> list[Column]:
     """
     views = [view for pair in report.pairs for eye in pair.eyes for view in eye.views]
     names = dict.fromkeys(name for view in views for name in flat(view.values))
-    shown = [name for name in names if curves or _metric(name) not in CURVES]
+    # A metric of several numbers that one row lacks stands there by its name alone.
+    split = {_metric(name) for name in names if "." in name}
+    shown = [name for name in names if name not in split]
+    shown = [name for name in shown if curves or _metric(name) not in CURVES]
     order = [*METRICS, *_OTHERS]
     return [_column(name) for name in sorted(shown, key=lambda name: order.index(_metric(name)))]
 
