@@ -17,9 +17,11 @@ from vrlf.app.preview.layout import Placed, loupe, placed, tile_under
 from vrlf.app.preview.pacing import Effort
 from vrlf.app.preview.session import Session
 from vrlf.errors import InputError
+from vrlf.evaluation.measure import likeness
 from vrlf.gpu import Device
-from vrlf.model import Rig
+from vrlf.model import Rig, load_rig
 from vrlf.optics.tile import BACKGROUND_CODE, GREY_CODE
+from vrlf.optics.viewport import SIDES
 from vrlf.passes import phases
 from vrlf.reference import alignment as twin
 from vrlf.reference.encode import encode
@@ -27,6 +29,7 @@ from vrlf.reference.show import show_tile
 from vrlf.renderer import GpuRenderer, bare_rig
 from vrlf.scene import HeadPose
 from vrlf.solve import optimal
+from vrlf.studies.quality import cropped
 
 RAYS = 16
 RIG = pass_rigs.SMALL["coma-lenslets"]
@@ -264,4 +267,26 @@ def test_alignment_screens_take_the_panels_place_or_the_targets(device: Device) 
     assert (seen[..., 1] > 0).any()
     assert not seen[..., 0].any()
     assert live.drawn == 2, "once at first, once after the lines"
+    frames.release()
+
+
+def test_the_window_says_how_near_the_perceived_picture_comes(device: Device) -> None:
+    rig = cropped(load_rig("two-eyes"), (280, 150))
+    frames = Frames(device, rig, Known(), rays=RAYS)
+    settle(frames, replace(Session(rig=rig, loaded=rig), view="target"))
+    assert frames.likening.words == ""
+    settle(frames, Session(rig=rig, loaded=rig))
+    target, seen = (
+        np.asarray(each.read()[..., :3]) for each in (frames.stream.target, frames.stream.seen)
+    )
+    for side in SIDES:
+        found, alike = frames.likening.found[side], likeness(seen, target, rig, side)
+        assert found.psnr_db == pytest.approx(alike.psnr_db, abs=0.01)
+        assert f"{side} {alike.psnr_db:.1f} dB" in frames.likening.words
+    before = dict(frames.likening.found)
+    dimmer = with_method(rig, "none")
+    settle(frames, Session(rig=dimmer, loaded=dimmer))
+    assert frames.likening.found != before
+    settle(frames, Session(rig=dimmer, loaded=dimmer), Moment(screen="fringes up"))
+    assert frames.likening.words == "", "an alignment screen is not meant to be the target"
     frames.release()

@@ -219,5 +219,5 @@ def _words(scores: Scores) -> str:
 
 def _said(value: Value) -> str:
     if isinstance(value, dict):
-        return ", ".join(f"{key} {each:.4g}" for key, each in value.items())
+        return ", ".join(f"{key}: {each:.4g}" for key, each in value.items())
     return f"{value:.4f}"

@@ -22,6 +22,7 @@ encode     ``Encode``: linear light to 8-bit sRGB
 register   what ``Forward`` does to a bare panel: colours brought together
 alignment  ``Alignment``: screens that show how array, panel and lenses stand
 show       ``Show``: pictures as a window shows them
+squares    ``Squares``: how far what is perceived is from the target, as sums
 ========== =====================================================================
 
 A pass is split in two: the class owns the programs, and its *tables* own what follows from

@@ -14,5 +14,6 @@ panorama   ``shaders/scene/panorama.comp``: the world all around from a picture
 encode     ``shaders/encode.comp``: linear light to 8-bit sRGB
 alignment  ``shaders/alignment.comp``: screens for aligning
 show       ``shaders/show.comp``: what a rectangle of a window shows
+squares    ``shaders/squares.comp``: sums of squares inside the borders
 ========== ======================================================================
 """

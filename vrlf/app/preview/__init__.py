@@ -9,6 +9,7 @@ steps      prescription and rig in the clinic's steps, and alignment's
 session    ``Session``: what the user has chosen so far; no window in it
 layout     where in the window which view stands
 frames     ``Frames``: from a rig to what the window shows, frame by frame
+likening   how near the perceived picture comes to the target, in dB
 pacing     frame times, dropped frames, what gives way when time is short
 fading     ``Guard``: faults are held off the eyes
 panels     Dear ImGui: sliders, help, frame times, messages

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vrlf.app.preview.layout import Placed, needed
+from vrlf.app.preview.likening import Likening
 from vrlf.app.preview.pacing import Effort
 from vrlf.errors import VrlfError
 from vrlf.gpu import Device, FrameTimers, Texture
@@ -91,6 +92,7 @@ class Frames:
             )
             self._show: Show = self._own(Show(device))
             self._alignment: Alignment = self._own(Alignment(device))
+            self.likening: Likening = self._own(Likening(device))
         except BaseException:
             self.release()
             raise
@@ -205,6 +207,8 @@ class Frames:
             self._panel(rig, is_new, on_panel)
         with self.timers.measure("perceive"):
             self._look(sorted(wanted & self._looks.keys()))
+        with self.timers.measure("measure"):
+            self._liken("perceived" in wanted)
         shown = (tiles, window_px, fade, self._version)
         if shown != self._put:
             with self.timers.measure("show"):
@@ -212,7 +216,8 @@ class Frames:
             self._put = shown
         self.timers.end_frame()
         is_coarse = any(not self._looks[name].is_done for name in wanted & self._looks.keys())
-        return self.stream.is_changing or is_coarse or self._is_settling(rig)
+        is_coming = is_coarse or self.likening.is_waiting
+        return self.stream.is_changing or is_coming or self._is_settling(rig)
 
     def _begun(self) -> Rig:
         """The frame's rig; once a stand-in is there, what it stands in for is wanted."""
@@ -299,6 +304,14 @@ class Frames:
 
     def _look_at_panel(self, patch: Patch) -> None:
         self.stream.look(patch=patch, panel=self._aligned)
+
+    def _liken(self, is_wanted: bool) -> None:
+        """Measure what is perceived, where all of it is there and meant to be the target."""
+        if is_wanted and self._looks["perceived"].is_done and self._aligned is None:
+            stream = self.stream
+            self.likening.update(self._version, stream.rig, stream.seen, stream.target)
+        else:
+            self.likening.forget()
 
     def put(
         self, tiles: tuple[Placed, ...], window_px: tuple[int, int], *, fade: float = 0.0

@@ -366,6 +366,7 @@ class Preview:
         if self._pacer.has_given_way:
             share = self._pacer.effort.share
             notes.append(f"short of time: {share:g} of the rays and steps")
+        notes.append(self._frames.likening.words)
         steps_ms = self._frames.timers.milliseconds
         return Status(
             rig=self._files.name,

@@ -77,7 +77,7 @@ def cone_sensitivity(cd_m2: Plane) -> Plane:
     power of 3.5 shows in the fifth digit.
     """
     left = np.maximum(joint_sensitivity(cd_m2) - rod_sensitivity(cd_m2), 1e-3)
-    return 0.5 * np.interp(np.minimum(2.0 * cd_m2, cd_m2[-1]), cd_m2, left)
+    return np.asarray(0.5 * np.interp(np.minimum(2.0 * cd_m2, cd_m2[-1]), cd_m2, left))
 
 
 @lru_cache(maxsize=1)

@@ -54,7 +54,7 @@ def quality(differences: Pyramid, where: Plane, pixels_per_degree: float) -> flo
         weight = float(np.interp(cpd, QUALITY_CPD, QUALITY_WEIGHTS))
         here = resize(where, planes[0].shape)
         for plane in planes:
-            root = float(np.linalg.norm(plane * here)) / plane.size
+            root = float(np.sqrt(np.sum(np.square(plane * here)))) / plane.size
             total += weight * log(root + TINY)
     return total / sum(len(planes) for planes in differences.bands)
 

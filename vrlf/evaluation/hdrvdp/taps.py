@@ -1,7 +1,8 @@
 """The taps of the steerable pyramid of four orientations ("sp3").
 
 Source: Simoncelli & Freeman 1995, designed as Karasaridis & Simoncelli 1996 describe. The taps
-are the published ones, whole numbers of 1e-8 here, without what their symmetry gives.
+are the published ones (sp3Filters of matlabPyrTools), whole numbers of 1e-8 here, without what
+their symmetry gives.
 """
 
 from __future__ import annotations

@@ -152,7 +152,9 @@ def _line_spread(light: Float, distance: Float) -> Float:
     counts = np.bincount(place[inside], minlength=2 * half)
     sums = np.bincount(place[inside], light[inside], minlength=2 * half)
     filled = counts > 0
-    bins = np.arange(2 * half)
-    edge = np.interp(bins, bins[filled], sums[filled] / counts[filled])
+    # A bin's pixels need not lie in its middle, so its mean stands where they do in the mean.
+    places = np.bincount(place[inside], distance[inside], minlength=2 * half)
+    centres = (np.arange(2 * half) + 0.5 - half) / _OVERSAMPLING
+    edge = np.interp(centres, places[filled] / counts[filled], sums[filled] / counts[filled])
     spread = (edge[2:] - edge[:-2]) / 2.0
     return np.asarray(spread * np.hamming(len(spread)))
