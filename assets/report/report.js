@@ -52,7 +52,7 @@ for (const box of document.querySelectorAll(".compare")) {
     range.value = 100 * (event.clientX - place.left) / place.width;
     cut();
   };
-  range.addEventListener("input", cut);
+  for (const name of ["input", "change"]) range.addEventListener(name, cut);
   first.addEventListener("change", show);
   second.addEventListener("change", show);
   zoom.addEventListener("change", size);

@@ -41,8 +41,15 @@ from vrlf.studies.evaluate_store import CaseFound, case_folder, slug
 REPORT: Final = "report.html"
 NUMBERS: Final = ("results.json", "results.csv")
 _RIGS: Final = "rigs"
-# The numbers that a terminal has room for.
-_SHORT: Final = frozenset({"psnr_db", "ssim", "flip", "cvvdp_jod", "acuity.decimal"})
+# The numbers that a terminal has room for, and their headings.
+_SHORT: Final = {
+    "psnr_db": "PSNR dB",
+    "ssim": "SSIM",
+    "flip": "FLIP",
+    "cvvdp_jod": "JOD",
+    "acuity.decimal": "acuity",
+}
+_NUMBER_WIDTH: Final = 7
 # What the numbers depend on, by the name that it is installed under.
 _LIBRARIES: Final = ("numpy", "scipy", "scikit-image", "flip-evaluator", "cvvdp", "torch")
 
@@ -71,12 +78,24 @@ def check_places(folder: Path) -> None:
 
 
 def notes_of(found: Evaluation) -> list[str]:
-    """What could not be had of the metrics, each reason once."""
-    lines: dict[str, None] = {}
+    """What could not be had of the metrics: each reason once, and where, if not everywhere."""
+    places: dict[str, list[str]] = {}
     for case in (*found.cases, *found.charts):
         for side in SIDES:
-            lines |= dict.fromkeys(case.eye(side).failed.values())
-    return list(lines)
+            place = f"{case.source}, {case.rig}, {side}, {case.method}"
+            for reason in dict.fromkeys(case.eye(side).failed.values()):
+                places.setdefault(reason, []).append(place)
+    everywhere = {len(SIDES) * len(cases) for cases in (found.cases, found.charts)}
+    return [
+        reason if len(where) in everywhere else f"{reason} ({_counted(where)})"
+        for reason, where in places.items()
+    ]
+
+
+def _counted(places: Sequence[str]) -> str:
+    """The first place, and how many more there are."""
+    more = len(places) - 1
+    return places[0] if not more else f"{places[0]}, and {more} more"
 
 
 def report_of(
@@ -214,7 +233,8 @@ def evaluation_table(report: Report) -> Table:
         table.add_column(what, no_wrap=True)
     shown_columns = [c for c in columns_of(report) if c.name in _SHORT]
     for column in shown_columns:
-        table.add_column(column.heading, justify="right")
+        heading = _SHORT[column.name]
+        table.add_column(heading, justify="right", no_wrap=True, min_width=_NUMBER_WIDTH)
     sources = short_names(pair.source for pair in report.pairs)
     rigs = short_names(pair.rig for pair in report.pairs)
     for pair in report.pairs:
