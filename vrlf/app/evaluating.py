@@ -44,7 +44,7 @@ from vrlf.studies.quality import JUDGING_RAYS
 
 
 @click.command(short_help="Measure what is seen with and without correction; write a report.")
-@click.argument("sources", metavar="SOURCE...", nargs=-1, required=True)
+@click.argument("source", metavar="SOURCE...", nargs=-1, required=True)
 @several_rig_options
 @click.option(
     "-o",
@@ -76,7 +76,7 @@ from vrlf.studies.quality import JUDGING_RAYS
 @rays_option(JUDGING_RAYS)
 @json_option
 def evaluate(
-    sources: tuple[str, ...],
+    source: tuple[str, ...],
     output: str,
     methods: tuple[str, ...],
     metrics: tuple[str, ...],
@@ -98,7 +98,7 @@ def evaluate(
       vrlf evaluate photo.jpg --method none --method optimal --metric psnr_db -o report --json
     """
     rigs = _rigs(options)
-    named = list(dict.fromkeys(sources))
+    named = list(dict.fromkeys(source))
     taken = SourceOptions(**options)
     _check(named, rigs, taken)
     # In one order whatever was said first: a finished case is then the same.

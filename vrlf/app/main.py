@@ -41,6 +41,7 @@ _DEBUG = "VRLF_DEBUG"
     A picture of your own, through your own eyes:
       vrlf prefilter photo.jpg --both "-4.50" -o panel.png
       vrlf perceive panel.png --both "-4.50" -o seen.png
+      vrlf evaluate photo.jpg --both "-4.50" -o report     all of it in numbers and a report
 
     'vrlf rigs --help' shows how a rig file is written, 'vrlf COMMAND --help' the options.
     Exit status: 0 done, 2 the input is wrong, 1 anything else.
