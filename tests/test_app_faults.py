@@ -51,10 +51,12 @@ def with_rig(command: str, panel: Path, folder: Path) -> tuple[str, ...]:
         "prefilter": ("prefilter", str(panel), "-o", str(folder / "out.png")),
         "perceive": ("perceive", str(panel), "-o", str(folder / "out.png")),
         "demo": ("demo", "-o", str(folder / "out")),
+        "evaluate": ("evaluate", str(panel), "-o", str(folder / "out"), *EVALUATE_QUICKLY),
     }[command]
 
 
-RIG_COMMANDS = ("inspect", "eye", "chart", "prefilter", "perceive", "demo")
+RIG_COMMANDS = ("inspect", "eye", "chart", "prefilter", "perceive", "demo", "evaluate")
+EVALUATE_QUICKLY = ("--method", "none", "--metric", "rmse")
 # Those that make files; each makes one called out or out.png.
 WRITERS = RIG_COMMANDS[1:]
 # Those that make pictures of the panel's size.

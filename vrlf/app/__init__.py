@@ -18,6 +18,7 @@ lenslets    ``lenslet``: how well the array's lenslets focus
 lenslet_words the text of that
 profiles    ``profile``: a viewer's code as a rig
 words       the text of ``inspect``
+evaluating  ``evaluate``: numbers, pictures and a report for many sources and rigs
 demo        ``demo``: the whole chain on shipped content
 sheet       the demo's one picture of all of it
 benching    ``bench``, ``bench speed``

@@ -13,6 +13,7 @@ from vrlf import __version__
 from vrlf.app.benching import bench
 from vrlf.app.comparing import compare
 from vrlf.app.demo import demo
+from vrlf.app.evaluating import evaluate
 from vrlf.app.eyes import eye
 from vrlf.app.facts import doctor, inspect, rigs
 from vrlf.app.lenslets import lenslet
@@ -42,6 +43,7 @@ _DEBUG = "VRLF_DEBUG"
     A picture of your own, through your own eyes:
       vrlf prefilter photo.jpg --both "-4.50" -o panel.png
       vrlf perceive panel.png --both "-4.50" -o seen.png
+      vrlf evaluate photo.jpg --both "-4.50" -o report     all of it in numbers and a report
 
     'vrlf rigs --help' shows how a rig file is written, 'vrlf COMMAND --help' the options.
     Exit status: 0 done, 2 the input is wrong, 1 anything else.
@@ -64,7 +66,7 @@ def vrlf(context: click.Context) -> None:
 
 
 for _command in (
-    *(demo, prefilter, perceive, compare, preview, render, serve),
+    *(demo, prefilter, perceive, evaluate, compare, preview, render, serve),
     *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench, sweep),
 ):
     vrlf.add_command(_command)

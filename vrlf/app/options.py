@@ -39,17 +39,36 @@ class RigChoice:
 
 def rig_options(command: Command) -> Command:
     """``-r``, ``--set``, ``--left``, ``--right`` and ``--both``; see ``rig_choice``."""
+    chosen = click.option(
+        "-r",
+        "--rig",
+        "rig_name",
+        default=DEFAULT_RIG,
+        show_default=True,
+        metavar="RIG",
+        help="A shipped rig's name (see 'vrlf rigs') or a .toml file.",
+    )
+    return chosen(_change_options(command))
+
+
+def several_rig_options(command: Command) -> Command:
+    """The same with any number of rigs, each changed alike; see ``rig_choices``."""
+    chosen = click.option(
+        "-r",
+        "--rig",
+        "rig_names",
+        multiple=True,
+        default=[DEFAULT_RIG],
+        show_default=True,
+        metavar="RIG",
+        help="A shipped rig's name (see 'vrlf rigs') or a .toml file; can be given again.",
+    )
+    return chosen(_change_options(command))
+
+
+def _change_options(command: Command) -> Command:
     for option in reversed(
         (
-            click.option(
-                "-r",
-                "--rig",
-                "rig_name",
-                default=DEFAULT_RIG,
-                show_default=True,
-                metavar="RIG",
-                help="A shipped rig's name (see 'vrlf rigs') or a .toml file.",
-            ),
             click.option(
                 "--set",
                 "overrides",
@@ -73,13 +92,18 @@ def rig_options(command: Command) -> Command:
 
 def rig_choice(options: dict[str, Any]) -> RigChoice:
     """Take the rig's options out of a command's keyword arguments."""
-    return RigChoice(
-        name=options.pop("rig_name"),
-        overrides=tuple(options.pop("overrides")),
-        left=options.pop("left"),
-        right=options.pop("right"),
-        both=options.pop("both"),
-    )
+    return RigChoice(name=options.pop("rig_name"), **_changes(options))
+
+
+def rig_choices(options: dict[str, Any]) -> list[RigChoice]:
+    """Take several rigs' options out, each rig once."""
+    names, changes = dict.fromkeys(options.pop("rig_names")), _changes(options)
+    return [RigChoice(name=name, **changes) for name in names]
+
+
+def _changes(options: dict[str, Any]) -> dict[str, Any]:
+    taken = {name: options.pop(name) for name in ("left", "right", "both")}
+    return {"overrides": tuple(options.pop("overrides")), **taken}
 
 
 def whole_number(least: int, most: int) -> Callable[[str | int], int]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vrlf.errors import InputError
 from vrlf.evaluation.metrics.fidelity import psnr_db, rmse, ssim
@@ -53,18 +54,33 @@ def border_px(rig: Rig, side: Side) -> int:
     return ceil((blur_mm / 2.0 + lenslet_mm) / pitch_mm(rig))
 
 
-def likeness(seen: Image, target: Image, rig: Rig, side: Side) -> Likeness:
-    """Compare one eye's half of a perceived picture with the target.
+@dataclass(frozen=True)
+class Compared:
+    """One eye's two pictures as every metric takes them: cut to the border, equally bright.
 
-    Parameters
+    Attributes
     ----------
-    seen, target : ndarray (H, W, 3)
-        Linear light on the panel's raster.
+    target, seen : ndarray (h, w, 3)
+        Linear light.
+    gain : float
+        What the perceived picture was multiplied with.
+    inner : (slice, slice)
+        Rows and columns of the viewport that lie inside the border.
+    """
+
+    target: NDArray[np.float64]
+    seen: NDArray[np.float64]
+    gain: float
+    inner: tuple[slice, slice]
+
+
+def require_room(rig: Rig, side: Side) -> None:
+    """Refuse a viewport that is all border.
 
     Raises
     ------
     InputError
-        If the border leaves nothing of the viewport.
+        If nothing is left to compare.
     """
     view, border = viewport(rig, side), border_px(rig, side)
     if 2 * border >= min(view.width_px, view.height_px):
@@ -72,10 +88,52 @@ def likeness(seen: Image, target: Image, rig: Rig, side: Side) -> Likeness:
             f"{side} eye: found a viewport of {view.width_px}x{view.height_px} pixels, wanted more "
             f"than twice the border of {border} (blur radius and one lenslet)"
         )
+
+
+def compared(
+    seen: Image, target: Image, rig: Rig, side: Side, *, black_level: float = 0.0
+) -> Compared:
+    """What one eye perceives and what it should, ready to be compared.
+
+    Parameters
+    ----------
+    seen, target : ndarray (H, W, 3)
+        Linear light on the panel's raster.
+    black_level : float
+        What the panel image shows for black; it is taken off what is seen.
+
+    Raises
+    ------
+    InputError
+        If the border leaves nothing of the viewport.
+    """
+    require_room(rig, side)
+    view, border = viewport(rig, side), border_px(rig, side)
     inner = (slice(border, view.height_px - border), slice(border, view.width_px - border))
-    a = seen[:, view.columns][inner].astype(np.float64)
+    a = seen[:, view.columns][inner].astype(np.float64) - black_level
     b = target[:, view.columns][inner].astype(np.float64)
     energy = float(np.sum(a * a))
     gain = float(np.sum(a * b)) / energy if energy > 0.0 else 1.0
-    error = rmse(gain * a, b)
-    return Likeness(error, psnr_db(error), gain, ssim(gain * a, b))
+    return Compared(b, gain * a, gain, inner)
+
+
+def likeness(
+    seen: Image, target: Image, rig: Rig, side: Side, *, black_level: float = 0.0
+) -> Likeness:
+    """Compare one eye's half of a perceived picture with the target.
+
+    Parameters
+    ----------
+    seen, target : ndarray (H, W, 3)
+        Linear light on the panel's raster.
+    black_level : float
+        What the panel image shows for black; it is taken off what is seen.
+
+    Raises
+    ------
+    InputError
+        If the border leaves nothing of the viewport.
+    """
+    pair = compared(seen, target, rig, side, black_level=black_level)
+    error = rmse(pair.seen, pair.target)
+    return Likeness(error, psnr_db(error), pair.gain, ssim(pair.seen, pair.target))

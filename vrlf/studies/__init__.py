@@ -6,6 +6,12 @@ file       holds
 bench      how long each pass takes at several panel sizes, against its float64 twin
 change     what a change of prescription does to the frames that run on
 endurance  whether anything grows over ten thousand frames
+evaluate   every source, rig and method in all metrics, case by case, resumable
+evaluate_charts letters and an edge, shown through the whole chain
+evaluate_judge  one case judged: what is shown, seen, and how like it is to the target
+evaluate_plots  plots of all that
+evaluate_report what an evaluation found as files and as a table
+evaluate_store  finished cases on the disk
 eyes       what an eye makes of a point and of a letter
 eyeplot    the picture of it
 frames     how good each frame of a moving picture is, solved from the last or cold
