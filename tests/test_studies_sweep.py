@@ -329,6 +329,17 @@ def test_black_is_taken_off_before_optimal_alone_is_judged(method: str, is_right
     assert (row["right_rmse"] < 1e-7) == is_right
 
 
+def test_any_metric_of_the_registry_can_be_asked_for() -> None:
+    names = ["rmse", "hdr_vdp", "fringe", "light"]
+    found = plan(rays=8, panel_px=[96, 64], methods="none", metrics=names)
+    kit = replace(kit_of(found, cover_target), target_of=lambda _, rig, __: noise(rig))
+    row = outcome_of(kit, found.job(0), Dimmed).row  # type: ignore[arg-type]
+    assert row is not None
+    assert row["left_light"] == pytest.approx(1.0, abs=1e-6)  # shown as it is: nothing is lost
+    assert row["left_hdr_vdp.p_det"] == pytest.approx(0.0, abs=1e-6)
+    assert row["right_fringe"] == pytest.approx(0.0, abs=1e-6)
+
+
 def noise(rig: Any) -> Any:
     """A picture that no gain alone makes of a dimmed one."""
     size = (rig.panel.height_px, rig.panel.width_px, 3)

@@ -24,6 +24,7 @@ from vrlf.app.options import json_option, put_json, say, whole_number
 from vrlf.app.sources import CHART_PREFIX, SourceOptions, is_chart, require_source, target_of
 from vrlf.content.charts import CHART_NAMES
 from vrlf.errors import InputError, VrlfError
+from vrlf.evaluation.metrics import missing
 from vrlf.files import shown
 from vrlf.model import Rig
 from vrlf.model.sweep import read_sweep
@@ -113,6 +114,8 @@ def sweep(
     path = Path(spec)
     plan = plan_of(read_sweep(path), path.parent, shown(spec))
     kit = kit_of(plan, cover_target)
+    for line in missing(kit.metrics).values():
+        say(f"left empty: {line}")
     _require_sources(plan)
     if scheduler is not None:
         require_scheduler(scheduler)

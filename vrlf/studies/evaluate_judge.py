@@ -67,7 +67,7 @@ def judge(
     names = [name for name in metrics if name in METRICS and name != _LIGHT]
     scores = score(names, pair.target, pair.seen, rig_viewing(rig))
     if _LIGHT in metrics:
-        scores.values[_LIGHT] = _light(seen, pair, rig, side)
+        scores.values[_LIGHT] = light_of(seen, pair, rig, side)
     view = viewport(rig, side)
     pictures: dict[str, NDArray[np.uint8]] = {}
     named: dict[str, str] = {}
@@ -80,7 +80,7 @@ def judge(
     return EyeFound(values_by_name, scores.reasons, scores.failed, named), pictures
 
 
-def _light(seen: Image, pair: Compared, rig: Rig, side: Side) -> float | None:
+def light_of(seen: Image, pair: Compared, rig: Rig, side: Side) -> float | None:
     """Share of the target's light that is left, black level, array and all."""
     lattice = None if rig.prefilter.method == "none" else lattice_of(rig)
     throughput = 1.0 if lattice is None else lattice.throughput

@@ -30,7 +30,7 @@ from vrlf.evaluation.metrics.model import (
     Scores,
     Viewing,
 )
-from vrlf.evaluation.metrics.table import METRICS, score
+from vrlf.evaluation.metrics.table import METRICS, missing, score
 
 __all__ = [
     "METRICS",
@@ -41,5 +41,6 @@ __all__ = [
     "Scores",
     "Viewing",
     "false_colour",
+    "missing",
     "score",
 ]

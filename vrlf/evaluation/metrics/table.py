@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from importlib.util import find_spec
 from types import MappingProxyType
 from typing import Final
 
@@ -12,7 +13,14 @@ from vrlf.evaluation.metrics.contrast import score_contrast
 from vrlf.evaluation.metrics.cvvdp import score_cvvdp
 from vrlf.evaluation.metrics.fidelity import score_psnr, score_rmse, score_ssim
 from vrlf.evaluation.metrics.flip import score_flip
-from vrlf.evaluation.metrics.model import Metric, Picture, Scores, Viewing, check_pair
+from vrlf.evaluation.metrics.model import (
+    Metric,
+    MissingExtraError,
+    Picture,
+    Scores,
+    Viewing,
+    check_pair,
+)
 from vrlf.evaluation.metrics.visible import score_hdr_vdp
 
 _ALL: Final = (
@@ -26,6 +34,8 @@ _ALL: Final = (
     Metric("fringe", "colour fringe", "", "lower", None, False, (), score_fringe),
     Metric("light", "light kept", "", "higher", None, False, (), score_light),
 )
+
+_LIBRARIES: Final[Mapping[str, str]] = {"flip": "flip_evaluator", "cvvdp": "pycvvdp"}
 
 METRICS: Final[Mapping[str, Metric]] = MappingProxyType({each.name: each for each in _ALL})
 
@@ -61,6 +71,16 @@ def score(names: Iterable[str], reference: Picture, test: Picture, viewing: View
     for name in wanted:
         _add(scores, METRICS[name], reference, test, viewing)
     return scores
+
+
+def missing(names: Iterable[str]) -> dict[str, str]:
+    """Those of the metrics whose library is not installed, each with the line that says so."""
+    wanted = [METRICS[name] for name in dict.fromkeys(names)]
+    return {
+        metric.name: str(MissingExtraError(metric.name, _LIBRARIES[metric.extra], metric.extra))
+        for metric in wanted
+        if metric.extra is not None and find_spec(_LIBRARIES[metric.extra]) is None
+    }
 
 
 def _add(scores: Scores, metric: Metric, reference: Picture, test: Picture, v: Viewing) -> None:

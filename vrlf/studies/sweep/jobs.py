@@ -12,17 +12,21 @@ from pathlib import Path
 from typing import Any, Final
 
 from vrlf.errors import DeviceError, InputError, VrlfError
-from vrlf.evaluation.measure import likeness
+from vrlf.evaluation.measure import compared as pair_of
+from vrlf.evaluation.metrics import METRICS as EVERY_METRIC
+from vrlf.evaluation.metrics import score
 from vrlf.files import shown
 from vrlf.model import Rig
 from vrlf.model.reading import rig_with
 from vrlf.optics.viewport import SIDES, Side
 from vrlf.renderer import GpuRenderer, Image, bare_rig
+from vrlf.studies.evaluate_judge import light_of, rig_viewing
 from vrlf.studies.quality import cropped
 from vrlf.studies.sweep.plan import Job, Plan, SourceFile
 from vrlf.studies.sweep.rows import Row, signed
 
-METRICS: Final = ("rmse", "psnr_db", "ssim")
+METRICS: Final = tuple(EVERY_METRIC)
+_LIGHT: Final = "light"
 
 
 class WorkerUnfitError(VrlfError):
@@ -128,8 +132,7 @@ def outcome_of(kit: Kit, job: Job, renderer: Callable[[], GpuRenderer]) -> Outco
 def judged(kit: Kit, job: Job, renderer: Callable[[], GpuRenderer]) -> Scores:
     """Both eyes' metrics, in linear light, as ``vrlf bench quality`` takes them.
 
-    ``none`` is the bare target on the panel without its array. What `optimal` made of black is
-    taken off what is perceived.
+    ``none`` is the bare target on the panel without its array.
 
     Raises
     ------
@@ -157,9 +160,7 @@ def rig_of(kit: Kit, job: Job) -> Rig:
 def _perceived(renderer: GpuRenderer, rig: Rig, target: Image, method: str, rays: int) -> Image:
     if method == "none":
         return renderer.perceive(target, bare_rig(rig), rays=rays)
-    seen = renderer.perceive(renderer.prefilter(target, rig), rig, rays=rays)
-    black = rig.prefilter.black_level if method == "optimal" else 0.0
-    return seen - black if black else seen
+    return renderer.perceive(renderer.prefilter(target, rig), rig, rays=rays)
 
 
 def compared(
@@ -167,10 +168,16 @@ def compared(
 ) -> dict[str, float | None]:
     """The metrics of one eye by name; None where one has no value.
 
-    Both pictures are compared after one least-squares gain, inside the rig's own border.
+    Both pictures are compared without what `optimal` made of black, after one least-squares gain,
+    inside the rig's own border.
     """
-    found = likeness(seen, target, rig, side)
-    return _named({name: getattr(found, name) for name in metrics})
+    black = rig.prefilter.black_level if rig.prefilter.method == "optimal" else 0.0
+    pair = pair_of(seen, target, rig, side, black_level=black)
+    names = [name for name in metrics if name != _LIGHT]
+    found = dict(score(names, pair.target, pair.seen, rig_viewing(rig)).values)
+    if _LIGHT in metrics:
+        found[_LIGHT] = light_of(seen, pair, rig, side)
+    return _named({name: found.get(name) for name in metrics})
 
 
 def _named(values: Mapping[str, Any]) -> dict[str, float | None]:
