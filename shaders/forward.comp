@@ -20,16 +20,12 @@ layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
 layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
 layout(binding = 0, rgba32f) writeonly uniform image2D shown;
 
-#if LISTED
-// How many of the left eye's and of the right eye's, then those: column + 65536 row.
-layout(std430, binding = 4) readonly buffer Listed { uint listed[]; };
-#endif
-
 #include "include/viewport.glsl"
 #include "include/lattice.glsl"
 #include "include/forward_rays.glsl"
 #include "include/each_sample.glsl"
 #include "include/four_texels.glsl"
+#include "include/forward_main.glsl"
 
 // Between which texels a landing lies; the edge pixel goes on to the viewport's border.
 struct Read {
@@ -89,25 +85,3 @@ vec3 light_at(Pixel from) {
     return vec3(mean_of(from, 0), mean_of(from, 1), mean_of(from, 2));
 #endif
 }
-
-#if LISTED
-void main() {
-    int eye = int(gl_WorkGroupID.z);
-    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    uint index = group * uint(GROUP_PX * GROUP_PX) + gl_LocalInvocationIndex;
-    if (index >= listed[eye]) return;
-    uint place = listed[2u + (eye == 0 ? 0u : listed[0]) + index];
-    ivec2 at = ivec2(place & 0xffffu, place >> 16);
-    Pixel from = pixel_at(at, eye);
-    imageStore(shown, at, vec4(where_emitting(from, light_at(from)), 1.0));
-}
-#else
-void main() {
-    int eye = int(gl_WorkGroupID.z);
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(first_column(eye), 0);
-    Pixel from = pixel_at(at, eye);
-    vec3 light = where_emitting(from, light_at(from));
-    if (eye_of(at.x) != eye) light = vec3(0.0);
-    if (is_written_by(at, eye)) imageStore(shown, at, vec4(light, 1.0));
-}
-#endif

@@ -26,6 +26,7 @@ layout(binding = 0, rgba32f) writeonly uniform image2D shown;
 #include "include/forward_rays.glsl"
 #include "include/each_sample.glsl"
 #include "include/four_texels.glsl"
+#include "include/forward_main.glsl"
 
 const float MIDDLE = 0.5 * float(GRID - 1);
 
@@ -58,6 +59,14 @@ void add_sample(inout Footprint to, vec2 at) {
 }
 #endif
 
+// The window moves in at a border: what it loses weighs nothing, and the other eye's texels don't
+// even count as nothing.
+vec2 held_within(vec2 low, Pixel from) {
+    vec2 border = vec2(first_column(from.eye), 0) - vec2(from.at);
+    return max(min(low, border + vec2(view_px - ivec2(WINDOW_X, WINDOW_Y))), border);
+}
+
+#if DEGREE == 1
 Footprint footprint_of(Pixel pixel, int colour) {
     Pixel from = in_colour(pixel, colour);
     int set = ray_set(from.eye, colour);
@@ -65,10 +74,7 @@ Footprint footprint_of(Pixel pixel, int colour) {
     vec4 steps = target_steps[place_of(from.at) * 2 * RAY_SETS + set];
     Ray middle = ray_at(from, sample_place(from, colour, vec2(MIDDLE)), set);
     vec2 low = floor(middle.landing - MIDDLE * (abs(steps.xy) + abs(steps.zw)));
-    // At a border the window moves in: what it loses weighs nothing, and the other eye's texels
-    // don't even count as nothing.
-    vec2 border = vec2(first_column(from.eye), 0) - vec2(from.at);
-    low = max(min(low, border + vec2(view_px - ivec2(WINDOW_X, WINDOW_Y))), border);
+    low = held_within(low, from);
     vec2 first = middle.landing - MIDDLE * (steps.xy + steps.zw) - low;
     Footprint made;
     made.pixel = vec2(from.at) + low;
@@ -88,6 +94,48 @@ Footprint footprint_of(Pixel pixel, int colour) {
 #endif
     return made;
 }
+#else
+// Where a row of samples lands: y is the same for all, so the powers' coefficients are.
+void land_row(inout vec2 landings[GRID * GRID], Ray middle, vec2 step, vec2 seen_step, int row, int set) {
+    float down = float(row) - MIDDLE;
+    float y = middle.through.y + down * step.y;
+    vec2 powers[DEGREE + 1];
+#define PUT(i) powers[i] = of_power(i, y, set);
+    EACH_POWER(PUT)
+#undef PUT
+    for (int column = 0; column < GRID; column++) {
+        vec2 off = vec2(float(column) - MIDDLE, down);
+        float x = middle.through.x + off.x * step.x;
+        vec2 value = powers[DEGREE];
+        for (int i = DEGREE - 1; i >= 0; i--) value = value * x + powers[i];
+        landings[row * GRID + column] = middle.seen + off * seen_step + value;
+    }
+}
+
+Footprint footprint_of(Pixel pixel, int colour) {
+    Pixel from = in_colour(pixel, colour);
+    int set = ray_set(from.eye, colour);
+    Ray middle = ray_at(from, sample_place(from, colour, vec2(MIDDLE)), set);
+    vec2 landings[GRID * GRID];
+    vec2 step = samples[first_box(from.at) + colour].zw;
+#define LAND(row) land_row(landings, middle, step, magnification(from) * step, row, set);
+    EACH_ROW(LAND)
+#undef LAND
+    vec2 low = landings[0];
+#define LOWER(column, row) low = min(low, landings[(row) * GRID + (column)]);
+    EACH_SAMPLE(LOWER)
+#undef LOWER
+    low = held_within(floor(low), from);
+    Footprint made;
+    made.pixel = vec2(from.at) + low;
+    made.reads = middle.met;
+    for (int i = 0; i < WINDOW_X * WINDOW_Y; i++) made.weights[i] = 0.0;
+#define ADD(column, row) add_sample(made, landings[(row) * GRID + (column)] - low);
+    EACH_SAMPLE(ADD)
+#undef ADD
+    return made;
+}
+#endif
 
 float light_of(Footprint read, int colour) {
     float sum = 0.0;
@@ -111,13 +159,4 @@ vec3 light_at(Pixel from) {
                 light_of(footprint_of(from, 1), 1),
                 light_of(footprint_of(from, 2), 2));
 #endif
-}
-
-void main() {
-    int eye = int(gl_WorkGroupID.z);
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(first_column(eye), 0);
-    Pixel from = pixel_at(at, eye);
-    vec3 light = where_emitting(from, light_at(from));
-    if (eye_of(at.x) != eye) light = vec3(0.0);
-    if (is_written_by(at, eye)) imageStore(shown, at, vec4(light, 1.0));
 }

@@ -12,6 +12,7 @@
 
 #include "include/period.glsl"
 #include "include/lateral.glsl"
+#include "include/displacement.glsl"
 
 struct Pixel {
     ivec2 at;
@@ -66,21 +67,12 @@ int ray_set(int eye, int colour) {
     return eye * RAY_SETS + colour;
 }
 
-// X - x for a place in a cell: two polynomials at once, by Horner's rule.
-vec2 displacement(vec2 t, int set) {
-    int first = set * (DEGREE + 1) * (DEGREE + 1);
-#if DEGREE == 1
-    return moves[first].xy + t.x * moves[first + 2].xy + t.y * moves[first + 1].xy;
+// By which a colour's places are multiplied in the target.
+float magnification(Pixel from) {
+#if LATERAL
+    return magnified[from.colour].y;
 #else
-    vec2 value = vec2(0.0);
-    for (int i = DEGREE; i >= 0; i--) {
-        vec2 inner = vec2(0.0);
-        for (int j = DEGREE - i; j >= 0; j--) {
-            inner = inner * t.y + moves[first + i * (DEGREE + 1) + j].xy;
-        }
-        value = value * t.x + inner;
-    }
-    return value;
+    return 1.0;
 #endif
 }
 
@@ -104,8 +96,20 @@ vec3 where_emitting(Pixel from, vec3 light) {
 struct Ray {
     vec2 cell;     // the lenslet it takes, counted from crossed.zw
     bool met;      // the pupil, and no barrier
+    vec2 seen;     // where it would land through a lenslet that moves nothing
+    vec2 through;  // the place of which its displacement is a polynomial
     vec2 landing;  // X, the retinal point
 };
+
+// With a wavefront, pixels from the lenslet's middle: whatever the lattice's turn, the samples of a
+// sub-pixel then stand in rows and columns.
+vec2 through_of(vec2 in_cell, float crossing) {
+#if DEGREE == 1
+    return in_cell;
+#else
+    return times(px_per_cell, in_cell) / crossing;
+#endif
+}
 
 Ray ray_at(Pixel from, vec2 place, int set) {
 #if LATERAL
@@ -127,7 +131,8 @@ Ray ray_at(Pixel from, vec2 place, int set) {
     vec2 off = nearest_cell(from_owner(from.owner, from.owner_law, from.crossed, cell, place));
     met = met && off == vec2(0.0);  // else absorbed by a wall
 #endif
-    return Ray(cell, met, seen + displacement(in_cell, set));
+    vec2 through = through_of(in_cell, crossing);
+    return Ray(cell, met, seen, through, seen + displacement(through, set));
 }
 
 // Whether a ray meets the pupil and lands in its eye's viewport, the border included.

@@ -20,6 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vrlf.optics import polynomial
 from vrlf.optics.inverse import InverseMap
@@ -29,6 +30,8 @@ from vrlf.optics.polynomial import Float
 _ROUNDING_PX = 1e-4
 # A row that is straight to this moves no light that a float32 sum of nine samples keeps.
 _STRAIGHT_PX = 1e-9
+# With wavefronts, in gathers: a sample on its own, and its part in a footprint.
+_SAMPLE_WORK, _FOOTPRINT_WORK = 2.0, 0.5
 _MOST_GATHERS = 16  # a shader keeps all weights of a window, 4 each of these, in registers
 
 
@@ -126,3 +129,47 @@ def _moved_per_cell(each: InverseMap) -> Float:
     """D: the linear part of a map's displacement, shape (2, 2), right and down by rows."""
     linear = [polynomial.padded(c, 2) for c in each.displacement_px]
     return np.array([[c[1, 0], c[0, 1]] for c in linear])
+
+
+def fitting(kinds: NDArray[np.uint8], window: tuple[int, int]) -> NDArray[np.bool_]:
+    """Which pixels have footprints that this window holds.
+
+    Parameters
+    ----------
+    kinds : ndarray (H, W)
+        0 of pixels that show nothing, 1 of cut ones, else columns + 16 rows of texels that their
+        footprints need.
+    """
+    columns, rows = kinds % 16, kinds // 16
+    return np.asarray((rows > 0) & (columns <= window[0]) & (rows <= window[1]))
+
+
+def window_for(
+    kinds: NDArray[np.uint8], grid: int, view_px: tuple[int, int]
+) -> tuple[int, int] | None:
+    """The window with which wavefronts' pixels are least work, or None if samples alone are.
+
+    Parameters
+    ----------
+    kinds : ndarray (H, W)
+        As in ``fitting``.
+    grid : int
+        Samples along a side of a sub-pixel.
+    view_px : (width, height)
+        Of a viewport; no window is larger.
+    """
+    sizes = [
+        (columns, rows)
+        for columns in range(2, 2 * _MOST_GATHERS + 1, 2)
+        for rows in range(2, 2 * _MOST_GATHERS // columns * 2 + 1, 2)
+        if columns <= view_px[0] and rows <= view_px[1]
+    ]
+    counts = np.bincount(kinds.ravel(), minlength=256)
+    codes = np.arange(256, dtype=np.uint8)
+
+    def saved(window: tuple[int, int]) -> float:
+        gain = _SAMPLE_WORK * grid**2 - _FOOTPRINT_WORK * grid**2 - gathers(window)
+        return float(gain * counts[fitting(codes, window)].sum())
+
+    best = max(sizes, key=saved, default=None)
+    return best if best is not None and saved(best) > 0.0 else None
