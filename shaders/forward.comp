@@ -51,7 +51,7 @@ float light_of(Read read, int colour) {
 
 // Sums over the samples of a sub-pixel: light in all but the last, those that met the pupil there.
 void add_shared(inout vec4 sum, Pixel from, vec2 column_row) {
-    Ray ray = ray_at(from, sample_place(from, 0, column_row), ray_set(from.eye, 0));
+    Ray ray = ray_at(from, sample_place(from, 0, column_row), 0);
     Read read = read_at(from, ray.landing);
     vec3 light = vec3(light_of(read, 0), light_of(read, 1), light_of(read, 2));
     sum.rgb += reads(from, ray) ? light : vec3(0.0);
@@ -59,7 +59,7 @@ void add_shared(inout vec4 sum, Pixel from, vec2 column_row) {
 }
 
 void add(inout vec2 sum, Pixel from, int colour, vec2 column_row) {
-    Ray ray = ray_at(from, sample_place(from, colour, column_row), ray_set(from.eye, colour));
+    Ray ray = ray_at(from, sample_place(from, colour, column_row), colour);
     float light = light_of(read_at(from, ray.landing), colour);
     sum.x += reads(from, ray) ? light : 0.0;
     sum.y += float(ray.met);

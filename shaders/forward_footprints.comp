@@ -69,10 +69,9 @@ vec2 held_within(vec2 low, Pixel from) {
 #if DEGREE == 1
 Footprint footprint_of(Pixel pixel, int colour) {
     Pixel from = in_colour(pixel, colour);
-    int set = ray_set(from.eye, colour);
     // In the target, along a row (xy) and down a column (zw).
-    vec4 steps = target_steps[place_of(from.at) * 2 * RAY_SETS + set];
-    Ray middle = ray_at(from, sample_place(from, colour, vec2(MIDDLE)), set);
+    vec4 steps = target_steps[place_of(from.at) * 2 * RAY_SETS + ray_set(from.eye, colour)];
+    Ray middle = ray_at(from, sample_place(from, colour, vec2(MIDDLE)), colour);
     vec2 low = floor(middle.landing - MIDDLE * (abs(steps.xy) + abs(steps.zw)));
     low = held_within(low, from);
     vec2 first = middle.landing - MIDDLE * (steps.xy + steps.zw) - low;
@@ -96,29 +95,24 @@ Footprint footprint_of(Pixel pixel, int colour) {
 }
 #else
 // Where a row of samples lands: y is the same for all, so the powers' coefficients are.
-void land_row(inout vec2 landings[GRID * GRID], Ray middle, vec2 step, vec2 seen_step, int row, int set) {
+void land_row(inout vec2 landings[GRID * GRID], Ray middle, Pixel from, int colour, int row) {
+    vec2 step = samples[box_of(from.at, colour)].zw, seen_step = magnification(from) * step;
     float down = float(row) - MIDDLE;
     float y = middle.through.y + down * step.y;
-    vec2 powers[DEGREE + 1];
-#define PUT(i) powers[i] = of_power(i, y, set);
-    EACH_POWER(PUT)
-#undef PUT
+    vec2 powers[DEGREE + 1] = curves(y, from.eye, colour);
     for (int column = 0; column < GRID; column++) {
         vec2 off = vec2(float(column) - MIDDLE, down);
         float x = middle.through.x + off.x * step.x;
-        vec2 value = powers[DEGREE];
-        for (int i = DEGREE - 1; i >= 0; i--) value = value * x + powers[i];
-        landings[row * GRID + column] = middle.seen + off * seen_step + value;
+        vec2 moved = straight(vec2(x, y), from.eye, colour) + curved(powers, x);
+        landings[row * GRID + column] = middle.seen + off * seen_step + moved;
     }
 }
 
 Footprint footprint_of(Pixel pixel, int colour) {
     Pixel from = in_colour(pixel, colour);
-    int set = ray_set(from.eye, colour);
-    Ray middle = ray_at(from, sample_place(from, colour, vec2(MIDDLE)), set);
+    Ray middle = ray_at(from, sample_place(from, colour, vec2(MIDDLE)), colour);
     vec2 landings[GRID * GRID];
-    vec2 step = samples[first_box(from.at) + colour].zw;
-#define LAND(row) land_row(landings, middle, step, magnification(from) * step, row, set);
+#define LAND(row) land_row(landings, middle, from, colour, row);
     EACH_ROW(LAND)
 #undef LAND
     vec2 low = landings[0];

@@ -38,12 +38,11 @@ bool lands_within(Pixel from, vec2 landing) {
 // Not cut: all samples meet the pupil in the middle's cell, or none reads and the middle misses.
 void add_colour(inout Kind kind, Pixel pixel, int colour) {
     Pixel from = in_colour(pixel, colour);
-    int set = ray_set(from.eye, colour);
-    Ray middle = ray_at(from, sample_place(from, colour, vec2(0.5 * float(GRID - 1))), set);
+    Ray middle = ray_at(from, sample_place(from, colour, vec2(0.5 * float(GRID - 1))), colour);
     vec2 low = middle.landing, high = middle.landing;
     for (int row = 0; row < GRID; row++) {
         for (int column = 0; column < GRID; column++) {
-            Ray ray = ray_at(from, sample_place(from, colour, vec2(column, row)), set);
+            Ray ray = ray_at(from, sample_place(from, colour, vec2(column, row)), colour);
             bool one_reads = reads(from, ray);
             bool same = ray.met && ray.cell == middle.cell && lands_within(from, ray.landing);
             kind.any_reads = kind.any_reads || one_reads;

@@ -15,7 +15,7 @@ from vrlf.optics.lattice import lattice_of
 from vrlf.optics.raster import cells_per_pixel
 from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import RASTER_FLIP, SIDES, pitch_mm, viewport
-from vrlf.passes.forward import inverse_maps
+from vrlf.passes.forward_maps import inverse_maps
 from vrlf.reference.forward import retinal_points
 
 Float = NDArray[np.float64]

@@ -12,7 +12,6 @@
 
 #include "include/period.glsl"
 #include "include/lateral.glsl"
-#include "include/displacement.glsl"
 
 struct Pixel {
     ivec2 at;
@@ -67,6 +66,8 @@ int ray_set(int eye, int colour) {
     return eye * RAY_SETS + colour;
 }
 
+#include "include/displacement.glsl"
+
 // By which a colour's places are multiplied in the target.
 float magnification(Pixel from) {
 #if LATERAL
@@ -76,9 +77,14 @@ float magnification(Pixel from) {
 #endif
 }
 
+// Which of the samples are a colour's; where all emit alike, they are worked out once for all.
+int box_of(ivec2 pixel, int colour) {
+    return first_box(pixel) + (ONE_BOX == 1 ? 0 : colour);
+}
+
 // The place of a sample in its sub-pixel's grid; the middle one is at (GRID - 1) / 2.
 vec2 sample_place(Pixel from, int colour, vec2 column_row) {
-    vec4 grid = samples[first_box(from.at) + colour];
+    vec4 grid = samples[box_of(from.at, colour)];
     return grid.xy + column_row * grid.zw;
 }
 
@@ -111,11 +117,11 @@ vec2 through_of(vec2 in_cell, float crossing) {
 #endif
 }
 
-Ray ray_at(Pixel from, vec2 place, int set) {
+Ray ray_at(Pixel from, vec2 place, int colour) {
 #if LATERAL
     float crossing = magnified[from.colour].z;
     vec2 seen = from.lateral + magnified[from.colour].y * place;
-    int pupil_map = set;
+    int pupil_map = ray_set(from.eye, colour);
 #else
     float crossing = array_from_panel;
     vec2 seen = place;
@@ -132,7 +138,7 @@ Ray ray_at(Pixel from, vec2 place, int set) {
     met = met && off == vec2(0.0);  // else absorbed by a wall
 #endif
     vec2 through = through_of(in_cell, crossing);
-    return Ray(cell, met, seen, through, seen + displacement(through, set));
+    return Ray(cell, met, seen, through, seen + displacement(through, from.eye, colour));
 }
 
 // Whether a ray meets the pupil and lands in its eye's viewport, the border included.

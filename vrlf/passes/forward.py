@@ -25,7 +25,6 @@ Most of what plain loses on software GL are its reads of storage buffers, lane b
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,16 +33,13 @@ from numpy.typing import NDArray
 from vrlf.gpu import Block, ComputePass, ComputeVariants, Device, Field, Texture
 from vrlf.model import Rig
 from vrlf.model.zernike import ZERNIKE_ORDER_LIMIT
-from vrlf.optics import polynomial
-from vrlf.optics.bench import Bench, bench_of, colour_benches, is_lateral
-from vrlf.optics.eye import eye_optics
+from vrlf.optics.bench import bench_of, colour_benches, is_lateral
 from vrlf.optics.footprint import Footprints, footprints, pays, sample_grid
-from vrlf.optics.inverse import InverseMap, crossing_shift_mm, inverse_map
-from vrlf.optics.lattice import Lattice, lattice_of
+from vrlf.optics.lattice import lattice_of
 from vrlf.optics.polynomial import Float
 from vrlf.optics.raster import cells_per_pixel
 from vrlf.optics.subpixels import layout
-from vrlf.optics.viewport import SIDES, Side, viewport
+from vrlf.optics.viewport import SIDES, viewport
 from vrlf.passes.fields import (
     LATERAL_FIELDS,
     LATTICE_FIELDS,
@@ -58,6 +54,12 @@ from vrlf.passes.fields import (
     viewport_values,
 )
 from vrlf.passes.forward_lists import LitPixels, PixelList, lit_pixels
+from vrlf.passes.forward_maps import (
+    crossing_shifts,
+    curves_alike,
+    inverse_maps,
+    moves_from_lenslets_px,
+)
 from vrlf.passes.register import REGISTER, RegisterTables
 
 _MAPS = 6  # two eyes by three colours, at most
@@ -96,7 +98,7 @@ class ForwardTables:
         samples = [sample_grid(r, grid) for r in emission.rectangles]
         per_px = cells_per_pixel(rig, lattice)
         crossed = [each.array_from_panel * per_px for each in colour_benches(rig)[:ray_sets]]
-        moves = _moves_px(maps, crossed * len(SIDES))
+        moves = moves_from_lenslets_px(maps, crossed * len(SIDES))
         self.is_curved = moves.shape[1] > 2
         # At each place of the period, by each map.
         places = emission.places
@@ -105,6 +107,8 @@ class ForwardTables:
         self.defines: dict[str, int | float | str] = {
             "DEGREE": moves.shape[1] - 1,
             "RAY_SETS": ray_sets,
+            "ONE_BOX": int(emission.is_shared),
+            "ALIKE": int(curves_alike(moves, ray_sets)),
             "GRID": grid,
             # Converging walls cut none of these rays: see the float64 twin.
             "WALLS": int(lattice.barriers == "perpendicular"),
@@ -116,7 +120,7 @@ class ForwardTables:
         # The middle column of an odd width is done with the left eye's.
         self.columns_an_eye = viewport(rig, "right").first_column
         benches = colour_benches(rig) if is_lateral(rig) else (bench_of(rig),)
-        crossings = [(bench.array_from_panel, _crossing_shifts(rig, bench)) for bench in benches]
+        crossings = [(bench.array_from_panel, crossing_shifts(rig, bench)) for bench in benches]
         self.crossings, self.owners = crossing_rasters(device, rig, lattice, crossings)
         # Footprints do all pixels but these; None until they were looked for, or without any.
         self.cut: PixelList | None = None
@@ -153,47 +157,9 @@ def forward_tables(device: Device, rig: Rig) -> ForwardTables | RegisterTables:
     return RegisterTables(rig) if rig.array.kind == "none" else ForwardTables(device, rig)
 
 
-def _crossing_shifts(rig: Rig, bench: Bench) -> dict[Side, Float]:
-    return {side: crossing_shift_mm(bench, eye_optics(rig, side)) for side in SIDES}
-
-
-def inverse_maps(rig: Rig, lattice: Lattice) -> tuple[list[InverseMap], int]:
-    """The maps of both eyes, colour by colour, and how many each has: 1 shared by all, or 3."""
-    eyes = [eye_optics(rig, side) for side in SIDES]
-    is_shared = layout(rig.panel.subpixels).is_shared
-    shared = is_shared and not any(eye.is_chromatic for eye in eyes)
-    ray_sets = 1 if shared else 3
-    maps = [
-        inverse_map(rig, eye.benches[c], lattice, eye, c) for eye in eyes for c in range(ray_sets)
-    ]
-    return maps, ray_sets
-
-
 def _of_maps(samples: list[Float], place: int, ray_sets: int) -> list[Float]:
     """The sub-pixel that each map shows at one place of the period, the left eye's first."""
     return samples[3 * place : 3 * place + ray_sets] * len(SIDES)
-
-
-def _moves_px(maps: list[InverseMap], crossed_per_px: list[Float]) -> NDArray[np.float32]:
-    """As ``moves_px``; with a wavefront of places in pixels, see ``through_of`` in the shaders."""
-    if all(polynomial.degree(c) <= 1 for each in maps for c in each.displacement_px):
-        return moves_px(maps)
-    turned = []
-    for each, crossed in zip(maps, crossed_per_px, strict=True):
-        right, down = (polynomial.compose_linear(c, crossed) for c in each.displacement_px)
-        turned.append(replace(each, displacement_px=(right, down)))
-    return moves_px(turned)
-
-
-def moves_px(maps: list[InverseMap]) -> NDArray[np.float32]:
-    """Both polynomials of each map interleaved, shape (maps, size, size, 2), size at least 2."""
-    size = 1 + max(1, *(polynomial.degree(c) for each in maps for c in each.displacement_px))
-    return np.stack(
-        [
-            np.stack([polynomial.padded(c, size) for c in each.displacement_px], axis=-1)
-            for each in maps
-        ]
-    ).astype(np.float32)
 
 
 class Forward:
@@ -250,9 +216,7 @@ class Forward:
         """List the cut pixels, or give footprints up where there are too many of them."""
         is_cut = self._flags(self._cut, tables) != 0
         if pays(made, float(is_cut.mean()), int(tables.defines["GRID"])):
-            tables.cut = PixelList(
-                self._device, is_cut, tables.columns_an_eye, label="cut pixels"
-            )
+            tables.cut = PixelList(self._device, is_cut, tables.columns_an_eye, label="cut pixels")
         else:
             tables.footprints = None
 
