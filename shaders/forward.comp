@@ -9,7 +9,8 @@
 // Defines: DEGREE of the displacement polynomials; RAY_SETS 1 where all colours share their
 //          samples (full sub-pixels, one wavelength), else 3; GRID, the samples along a side;
 //          WALLS 1 with barriers that absorb; PERIOD_X, PERIOD_Y (include/period.glsl); LISTED;
-//          LATERAL 1 where the colours are magnified differently.
+//          LATERAL 1 where the colours are magnified differently; ALIKE 1 where they differ in no
+//          term above the linear ones; ONE_BOX 1 where they emit from the same places.
 // A layer of groups is an eye.
 
 #include "block/Forward"

@@ -37,7 +37,8 @@ bool is_cut(Pixel pixel, int colour) {
     Ray middle = ray_at(from, sample_place(from, colour, vec2(0.5 * float(GRID - 1))), colour);
     bool all_follow = true;
 #define TEST(column, row) \
-    all_follow = all_follow && follows(from, middle, sample_place(from, colour, vec2(column, row)), colour);
+    all_follow = all_follow \
+              && follows(from, middle, sample_place(from, colour, vec2(column, row)), colour);
     EACH_SAMPLE(TEST)
 #undef TEST
     return !all_follow;

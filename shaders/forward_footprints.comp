@@ -1,16 +1,18 @@
 // The forward prefilter by footprints: a sub-pixel whose samples all take one lenslet and land in
-// the viewport sees them through one affine map, so its mean of bilinear reads is one weighted
-// sum over a small window of texels: each is fetched once, not once for every sample it serves.
+// the viewport sees them through one map, so its mean of bilinear reads is one weighted sum over a
+// small window of texels: each is fetched once, not once for every sample it serves. Without a
+// wavefront the map is affine; with one its polynomial is shared by rows of samples.
 //
-// Reads:  target (what the eyes should perceive, linear), the inverse maps of both eyes.
+// Reads:  target (what the eyes should perceive, linear), the inverse maps of both eyes; with
+//         LISTED the pixels to do.
 // Writes: shown (the panel image, linear). Pixels with a sub-pixel that is cut, by the border of a
-//         cell, of the pupil or of the viewport, get nonsense: forward.comp does them again.
+//         cell, of the pupil or of the viewport, get nonsense: forward.comp does them again, or
+//         they aren't listed.
 // Twin:   vrlf/reference/forward.py. Derivation: vrlf/optics/footprint.py.
 //
-// Defines: RAY_SETS, GRID, WALLS, LATERAL and PERIOD_X, PERIOD_Y as in forward.comp; DEGREE is 1;
-//          WINDOW_X and WINDOW_Y, the
-//          texels that hold every footprint, even numbers; ALIGNED 1 where sample rows and
-//          columns stay such in the target.
+// Defines: as in forward.comp; WINDOW_X and WINDOW_Y, the texels that hold every footprint, even
+//          numbers; ALIGNED 1 where sample rows and columns stay such in the target (DEGREE is 1
+//          then).
 // A layer of groups is an eye.
 
 #include "block/Forward"

@@ -1,8 +1,8 @@
 // How the forward prefilter may do each pixel of an eye with a wavefront. Once for a prescription.
 //
 // Reads:  the inverse maps of both eyes.
-// Writes: kinds (an unsigned byte a pixel): 0 shows nothing; 1 is cut, only reading sample by sample
-//         is right; else by footprints of so many columns + 16 so many rows of texels.
+// Writes: kinds (an unsigned byte a pixel): 0, shows nothing; 1, is cut, only right sample by
+//         sample; else by footprints, so many columns + 16 times so many rows of texels.
 // Derivation: vrlf/optics/footprint.py.
 //
 // Defines: as in forward.comp.

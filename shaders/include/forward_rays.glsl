@@ -1,8 +1,7 @@
 // The forward prefilter's samples: where a panel point's one lenslet shows it.
 //
 // Needs of the block: FORWARD of vrlf/passes/forward.py; of the shader: the buffers crossings and
-// owners, viewport.glsl, lattice.glsl, and the defines DEGREE, RAY_SETS, WALLS, LATERAL, PERIOD_X
-// and PERIOD_Y (include/period.glsl).
+// owners, viewport.glsl, lattice.glsl, and the defines of forward.comp.
 // Twin: vrlf/reference/forward.py. Derivation: vrlf/optics/inverse.py.
 //
 // Places are in pixels, right and down, from the centre of the panel's own pixel: small numbers,

@@ -13,6 +13,19 @@ sum over the texels of a small window. A texel is then read once, not once for e
 it serves. It is the same sum in another order, not an approximation of it.
 
 The default rig's 9 samples span 0.4 x 1.1 pixels: 4 x 4 texels, 4 gathers of 2 x 2 in place of 9.
+
+A wavefront bends that grid: the displacement is a polynomial D(t) of the place t in the cell, of
+the degree n - 1 for an order n. With s the place in pixels from where the lenslet stands, t = A s,
+it is one of the same degree in s, whose x is the same down a column of samples and whose y along a
+row, whatever the lattice's turn. So
+
+    D(A s) = sum_i c_i(s_y) s_x^i
+
+has its c_i worked out once for a row: for the order 8 and three samples 36 + 3 * 7 products, not
+3 * 36. That is exact too. A Taylor series about the middle would not do: for 0.7 um of spherical
+aberration with coma it is 0.05 pixels off to the second order and 0.005 to the third. How far
+apart samples land now depends on the place, so each pixel's need is looked at once for a
+prescription (``shaders/forward_kinds.comp``), and ``window_for`` chooses among windows.
 """
 
 from __future__ import annotations
