@@ -5,10 +5,7 @@ pixels at once, reading each texel once, and are right for those of which the sa
 sub-pixel do alike; the *cut* ones are listed once for a prescription and done again sample by
 sample. Where footprints don't pay (wide images, k = 1) all is done sample by sample.
 
-With a wavefront a sample costs more, so nothing is done twice or in vain: once for a prescription
-all pixels are sorted (``forward_kinds.comp``) into dark ones, ones by footprints and the rest, by
-samples; a frame darkens the panel and does the two lists. They take 4 bytes a pixel that is lit:
-at most 4 MB at 1334x750 and 33 MB at 3840x2160.
+With a wavefront nothing is done twice: all pixels are sorted and listed, see ``forward_lists``.
 
 Both are exact: on noise they differ from the plain shader (``forward_plain``) by 9e-8 RMS, so no
 picture pays for the speed. Measured on software GL, two busy cores, 1334x750, in one process by
@@ -26,25 +23,6 @@ two-eyes          1395  205    242          0.20      9629 95
 ================= ===== ====== ============ ========= ==== ======
 
 Most of what plain loses on software GL are its reads of storage buffers, lane by lane.
-
-A whole eye (wavefront to order 8, chromatic, prism, Stiles-Crawford) against a sphero-cylinder,
-pupils of 6 mm, 1334x750, milliseconds of both cores together, the least of 7 frames by turns;
-making tables takes 360 (predicted: 0.9 to 1.4 times, from what parts cost):
-
-================= ===== ===== ===== ============ ========== =======
-rig               plain whole times all by loops footprints samples
-================= ===== ===== ===== ============ ========== =======
-matched-microlens 144   154   1.07  1428         0.27       0.29
-thesis-minus-5d   121   174   1.43  1319         0.79       0.21
-matched-wide      83    88    1.06  1462         0.22       0.21
-pinhole           121   173   1.43               0.79       0.21
-matched-full      104   184   1.77  1358         0.37       0.56
-================= ===== ===== ===== ============ ========== =======
-
-(The last columns: shares of the pixels.) On full sub-pixels most of it is chromatic: its colours
-land apart, where a plain eye reads all three at one place, and alone that takes 142. A polynomial
-in loops reads its coefficients for every sample, each a branch in software GL; written out, they
-are read once.
 """
 
 from __future__ import annotations
