@@ -55,7 +55,7 @@ from vrlf.passes.fields import (
     subpixel_defines,
     viewport_values,
 )
-from vrlf.passes.forward_lists import LitPixels, PixelList, lit_pixels
+from vrlf.passes.forward_lists import PixelList, SortedPixels, sort_pixels
 from vrlf.passes.forward_maps import (
     crossing_shifts,
     curves_alike,
@@ -127,7 +127,7 @@ class ForwardTables:
         # Footprints do all pixels but these; None until they were looked for, or without any.
         self.cut: PixelList | None = None
         # With wavefronts: all that aren't dark; None until they were looked for.
-        self.lit: LitPixels | None = None
+        self.sorted: SortedPixels | None = None
         self.values: dict[str, Any] = {
             **viewport_values(rig),
             **lattice_values(rig, lattice),
@@ -149,7 +149,7 @@ class ForwardTables:
         """Give all tables back."""
         self.crossings.release()
         self.owners.release()
-        for lists in (self.cut, self.lit):
+        for lists in (self.cut, self.sorted):
             if lists is not None:
                 lists.release()
 
@@ -188,8 +188,8 @@ class Forward:
             self._device.check("bringing the colours together")
             return
         tables.bind()
-        if tables.lit is not None:
-            self._run_lit(tables, tables.lit)
+        if tables.sorted is not None:
+            self._run_sorted(tables, tables.sorted)
         else:
             _run_raster(self._of_all(tables), tables)
         if tables.cut is not None:
@@ -205,7 +205,7 @@ class Forward:
             self._register.get({})
             return
         if tables.is_curved:
-            if tables.lit is None:
+            if tables.sorted is None:
                 self._sort(tables)
             return
         if tables.footprints is not None and tables.cut is None:
@@ -226,11 +226,11 @@ class Forward:
         """List all pixels that aren't dark, by how they are done, and compile that."""
         kinds, grid = self._flags(self._kinds, tables), int(tables.defines["GRID"])
         view_px, right = tables.values["view_px"], tables.columns_an_eye
-        tables.lit = lit_pixels(self._device, kinds, grid, view_px, right)
+        tables.sorted = sort_pixels(self._device, kinds, grid, view_px, right)
         self._dark.get({})
         self._by_samples(tables, listed=True)
-        if tables.lit.window is not None:
-            self._by_footprints(tables, tables.lit.window, listed=True)
+        if tables.sorted.window is not None:
+            self._by_footprints(tables, tables.sorted.window, listed=True)
 
     def _flags(self, programs: ComputeVariants, tables: ForwardTables) -> NDArray[np.uint8]:
         """What a program writes of each pixel, shape (H, W)."""
@@ -243,14 +243,12 @@ class Forward:
         finally:
             flags.release()
 
-    def _run_lit(self, tables: ForwardTables, lit: LitPixels) -> None:
-        dark = self._dark.get({})
-        dark.set(tables.values)
-        dark.run(*tables.size_px)
-        if lit.window is not None:
-            program = self._by_footprints(tables, lit.window, listed=True)
-            _run_list(program, tables, lit.by_footprints)
-        _run_list(self._by_samples(tables, listed=True), tables, lit.by_samples)
+    def _run_sorted(self, tables: ForwardTables, made: SortedPixels) -> None:
+        _run_list(self._dark.get({}), tables, made.dark)
+        if made.window is not None:
+            program = self._by_footprints(tables, made.window, listed=True)
+            _run_list(program, tables, made.by_footprints)
+        _run_list(self._by_samples(tables, listed=True), tables, made.by_samples)
 
     def _of_all(self, tables: ForwardTables) -> ComputePass:
         made = tables.footprints

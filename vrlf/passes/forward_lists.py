@@ -2,8 +2,8 @@
 
 With a wavefront a sample costs more, so nothing is done twice or in vain: once for a prescription
 all pixels are sorted (``forward_kinds.comp``) into dark ones, ones by footprints and the rest, by
-samples; a frame darkens the panel and does the two lists. They take 4 bytes a pixel that is lit:
-at most 4 MB at 1334x750 and 33 MB at 3840x2160.
+samples; a frame does the three lists. They take 4 bytes a pixel: 4 MB at 1334x750, 33 MB at
+3840x2160.
 
 A whole eye (wavefront to order 8, chromatic, prism, Stiles-Crawford) against a sphero-cylinder,
 pupils of 6 mm, 1334x750, milliseconds of both cores together, the least of 7 frames by turns;
@@ -13,9 +13,9 @@ making tables takes 360 (predicted: 0.9 to 1.4 times, from what parts cost):
 rig               plain whole times all by loops footprints samples
 ================= ===== ===== ===== ============ ========== =======
 matched-microlens 144   154   1.07  1428         0.27       0.29
-thesis-minus-5d   121   174   1.43  1319         0.79       0.21
-matched-wide      83    88    1.06  1462         0.22       0.21
-matched-full      104   184   1.77  1358         0.37       0.56
+thesis-minus-5d   122   168   1.37  1319         0.79       0.21
+matched-wide      83    89    1.08  1462         0.22       0.21
+matched-full      104   178   1.71  1358         0.37       0.56
 ================= ===== ===== ===== ============ ========== =======
 
 (The last columns: shares of the pixels.) On full sub-pixels most of it is chromatic: its colours
@@ -72,39 +72,42 @@ class PixelList:
 
 
 @dataclass(frozen=True)
-class LitPixels:
-    """All pixels that show anything with wavefronts before them.
+class SortedPixels:
+    """All pixels behind wavefronts, each in one list.
 
     Attributes
     ----------
     window : (columns, rows) or None
         Texels that hold the footprints; None where no pixel is done by those.
-    by_footprints, by_samples : PixelList
+    dark, by_footprints, by_samples : PixelList
     """
 
     window: tuple[int, int] | None
+    dark: PixelList
     by_footprints: PixelList
     by_samples: PixelList
 
     def release(self) -> None:
         """Give the lists back."""
+        self.dark.release()
         self.by_footprints.release()
         self.by_samples.release()
 
 
-def lit_pixels(
+def sort_pixels(
     device: Device,
     kinds: NDArray[np.uint8],
     grid: int,
     view_px: tuple[int, int],
     first_right_column: int,
-) -> LitPixels:
+) -> SortedPixels:
     """Sort pixels by what ``shaders/forward_kinds.comp`` found of them."""
     window = window_for(kinds, grid, view_px)
     fits = np.zeros(kinds.shape, bool) if window is None else fitting(kinds, window)
     rest = (kinds != 0) & ~fits
-    return LitPixels(
+    return SortedPixels(
         window,
+        PixelList(device, kinds == 0, first_right_column, label="dark pixels"),
         PixelList(device, fits, first_right_column, label="pixels by footprints"),
         PixelList(device, rest, first_right_column, label="pixels by samples"),
     )
