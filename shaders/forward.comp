@@ -9,7 +9,8 @@
 // Defines: DEGREE of the displacement polynomials; RAY_SETS 1 where all colours share their
 //          samples (full sub-pixels, one wavelength), else 3; GRID, the samples along a side;
 //          WALLS 1 with barriers that absorb; PERIOD_X, PERIOD_Y (include/period.glsl); LISTED;
-//          LATERAL 1 where the colours are magnified differently.
+//          LATERAL 1 where the colours are magnified differently; ALIKE 1 where they differ in no
+//          term above the linear ones; ONE_BOX 1 where they emit from the same places.
 // A layer of groups is an eye.
 
 #include "block/Forward"
@@ -20,16 +21,12 @@ layout(std430, binding = 2) readonly buffer Crossings { vec4 crossings[]; };
 layout(std430, binding = 3) readonly buffer Owners { vec4 owners[]; };
 layout(binding = 0, rgba32f) writeonly uniform image2D shown;
 
-#if LISTED
-// How many of the left eye's and of the right eye's, then those: column + 65536 row.
-layout(std430, binding = 4) readonly buffer Listed { uint listed[]; };
-#endif
-
 #include "include/viewport.glsl"
 #include "include/lattice.glsl"
 #include "include/forward_rays.glsl"
 #include "include/each_sample.glsl"
 #include "include/four_texels.glsl"
+#include "include/forward_main.glsl"
 
 // Between which texels a landing lies; the edge pixel goes on to the viewport's border.
 struct Read {
@@ -55,7 +52,7 @@ float light_of(Read read, int colour) {
 
 // Sums over the samples of a sub-pixel: light in all but the last, those that met the pupil there.
 void add_shared(inout vec4 sum, Pixel from, vec2 column_row) {
-    Ray ray = ray_at(from, sample_place(from, 0, column_row), ray_set(from.eye, 0));
+    Ray ray = ray_at(from, sample_place(from, 0, column_row), 0);
     Read read = read_at(from, ray.landing);
     vec3 light = vec3(light_of(read, 0), light_of(read, 1), light_of(read, 2));
     sum.rgb += reads(from, ray) ? light : vec3(0.0);
@@ -63,7 +60,7 @@ void add_shared(inout vec4 sum, Pixel from, vec2 column_row) {
 }
 
 void add(inout vec2 sum, Pixel from, int colour, vec2 column_row) {
-    Ray ray = ray_at(from, sample_place(from, colour, column_row), ray_set(from.eye, colour));
+    Ray ray = ray_at(from, sample_place(from, colour, column_row), colour);
     float light = light_of(read_at(from, ray.landing), colour);
     sum.x += reads(from, ray) ? light : 0.0;
     sum.y += float(ray.met);
@@ -89,25 +86,3 @@ vec3 light_at(Pixel from) {
     return vec3(mean_of(from, 0), mean_of(from, 1), mean_of(from, 2));
 #endif
 }
-
-#if LISTED
-void main() {
-    int eye = int(gl_WorkGroupID.z);
-    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    uint index = group * uint(GROUP_PX * GROUP_PX) + gl_LocalInvocationIndex;
-    if (index >= listed[eye]) return;
-    uint place = listed[2u + (eye == 0 ? 0u : listed[0]) + index];
-    ivec2 at = ivec2(place & 0xffffu, place >> 16);
-    Pixel from = pixel_at(at, eye);
-    imageStore(shown, at, vec4(where_emitting(from, light_at(from)), 1.0));
-}
-#else
-void main() {
-    int eye = int(gl_WorkGroupID.z);
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(first_column(eye), 0);
-    Pixel from = pixel_at(at, eye);
-    vec3 light = where_emitting(from, light_at(from));
-    if (eye_of(at.x) != eye) light = vec3(0.0);
-    if (is_written_by(at, eye)) imageStore(shown, at, vec4(light, 1.0));
-}
-#endif

@@ -26,19 +26,19 @@ bool lands_within(Pixel from, vec2 landing) {
 }
 
 // Not cut: all samples read with the middle, in its cell, or none reads and the middle doesn't.
-bool follows(Pixel from, Ray middle, vec2 place, int set) {
-    Ray ray = ray_at(from, place, set);
+bool follows(Pixel from, Ray middle, vec2 place, int colour) {
+    Ray ray = ray_at(from, place, colour);
     bool same = ray.met && ray.cell == middle.cell && lands_within(from, ray.landing);
     return reads(from, middle) ? same : !reads(from, ray);
 }
 
 bool is_cut(Pixel pixel, int colour) {
     Pixel from = in_colour(pixel, colour);
-    int set = ray_set(from.eye, colour);
-    Ray middle = ray_at(from, sample_place(from, colour, vec2(0.5 * float(GRID - 1))), set);
+    Ray middle = ray_at(from, sample_place(from, colour, vec2(0.5 * float(GRID - 1))), colour);
     bool all_follow = true;
 #define TEST(column, row) \
-    all_follow = all_follow && follows(from, middle, sample_place(from, colour, vec2(column, row)), set);
+    all_follow = all_follow \
+              && follows(from, middle, sample_place(from, colour, vec2(column, row)), colour);
     EACH_SAMPLE(TEST)
 #undef TEST
     return !all_follow;

@@ -1,16 +1,18 @@
 // The forward prefilter by footprints: a sub-pixel whose samples all take one lenslet and land in
-// the viewport sees them through one affine map, so its mean of bilinear reads is one weighted
-// sum over a small window of texels: each is fetched once, not once for every sample it serves.
+// the viewport sees them through one map, so its mean of bilinear reads is one weighted sum over a
+// small window of texels: each is fetched once, not once for every sample it serves. Without a
+// wavefront the map is affine; with one its polynomial is shared by rows of samples.
 //
-// Reads:  target (what the eyes should perceive, linear), the inverse maps of both eyes.
+// Reads:  target (what the eyes should perceive, linear), the inverse maps of both eyes; with
+//         LISTED the pixels to do.
 // Writes: shown (the panel image, linear). Pixels with a sub-pixel that is cut, by the border of a
-//         cell, of the pupil or of the viewport, get nonsense: forward.comp does them again.
+//         cell, of the pupil or of the viewport, get nonsense: forward.comp does them again, or
+//         they aren't listed.
 // Twin:   vrlf/reference/forward.py. Derivation: vrlf/optics/footprint.py.
 //
-// Defines: RAY_SETS, GRID, WALLS, LATERAL and PERIOD_X, PERIOD_Y as in forward.comp; DEGREE is 1;
-//          WINDOW_X and WINDOW_Y, the
-//          texels that hold every footprint, even numbers; ALIGNED 1 where sample rows and
-//          columns stay such in the target.
+// Defines: as in forward.comp; WINDOW_X and WINDOW_Y, the texels that hold every footprint, even
+//          numbers; ALIGNED 1 where sample rows and columns stay such in the target (DEGREE is 1
+//          then).
 // A layer of groups is an eye.
 
 #include "block/Forward"
@@ -26,6 +28,7 @@ layout(binding = 0, rgba32f) writeonly uniform image2D shown;
 #include "include/forward_rays.glsl"
 #include "include/each_sample.glsl"
 #include "include/four_texels.glsl"
+#include "include/forward_main.glsl"
 
 const float MIDDLE = 0.5 * float(GRID - 1);
 
@@ -58,17 +61,21 @@ void add_sample(inout Footprint to, vec2 at) {
 }
 #endif
 
+// The window moves in at a border: what it loses weighs nothing, and the other eye's texels don't
+// even count as nothing.
+vec2 held_within(vec2 low, Pixel from) {
+    vec2 border = vec2(first_column(from.eye), 0) - vec2(from.at);
+    return max(min(low, border + vec2(view_px - ivec2(WINDOW_X, WINDOW_Y))), border);
+}
+
+#if DEGREE == 1
 Footprint footprint_of(Pixel pixel, int colour) {
     Pixel from = in_colour(pixel, colour);
-    int set = ray_set(from.eye, colour);
     // In the target, along a row (xy) and down a column (zw).
-    vec4 steps = target_steps[place_of(from.at) * 2 * RAY_SETS + set];
-    Ray middle = ray_at(from, sample_place(from, colour, vec2(MIDDLE)), set);
+    vec4 steps = target_steps[place_of(from.at) * 2 * RAY_SETS + ray_set(from.eye, colour)];
+    Ray middle = ray_at(from, sample_place(from, colour, vec2(MIDDLE)), colour);
     vec2 low = floor(middle.landing - MIDDLE * (abs(steps.xy) + abs(steps.zw)));
-    // At a border the window moves in: what it loses weighs nothing, and the other eye's texels
-    // don't even count as nothing.
-    vec2 border = vec2(first_column(from.eye), 0) - vec2(from.at);
-    low = max(min(low, border + vec2(view_px - ivec2(WINDOW_X, WINDOW_Y))), border);
+    low = held_within(low, from);
     vec2 first = middle.landing - MIDDLE * (steps.xy + steps.zw) - low;
     Footprint made;
     made.pixel = vec2(from.at) + low;
@@ -88,6 +95,43 @@ Footprint footprint_of(Pixel pixel, int colour) {
 #endif
     return made;
 }
+#else
+// Where a row of samples lands: y is the same for all, so the powers' coefficients are.
+void land_row(inout vec2 landings[GRID * GRID], Ray middle, Pixel from, int colour, int row) {
+    vec2 step = samples[box_of(from.at, colour)].zw, seen_step = magnification(from) * step;
+    float down = float(row) - MIDDLE;
+    float y = middle.through.y + down * step.y;
+    vec2 powers[DEGREE + 1] = curves(y, from.eye, colour);
+    for (int column = 0; column < GRID; column++) {
+        vec2 off = vec2(float(column) - MIDDLE, down);
+        float x = middle.through.x + off.x * step.x;
+        vec2 moved = straight(vec2(x, y), from.eye, colour) + curved(powers, x);
+        landings[row * GRID + column] = middle.seen + off * seen_step + moved;
+    }
+}
+
+Footprint footprint_of(Pixel pixel, int colour) {
+    Pixel from = in_colour(pixel, colour);
+    Ray middle = ray_at(from, sample_place(from, colour, vec2(MIDDLE)), colour);
+    vec2 landings[GRID * GRID];
+#define LAND(row) land_row(landings, middle, from, colour, row);
+    EACH_ROW(LAND)
+#undef LAND
+    vec2 low = landings[0];
+#define LOWER(column, row) low = min(low, landings[(row) * GRID + (column)]);
+    EACH_SAMPLE(LOWER)
+#undef LOWER
+    low = held_within(floor(low), from);
+    Footprint made;
+    made.pixel = vec2(from.at) + low;
+    made.reads = middle.met;
+    for (int i = 0; i < WINDOW_X * WINDOW_Y; i++) made.weights[i] = 0.0;
+#define ADD(column, row) add_sample(made, landings[(row) * GRID + (column)] - low);
+    EACH_SAMPLE(ADD)
+#undef ADD
+    return made;
+}
+#endif
 
 float light_of(Footprint read, int colour) {
     float sum = 0.0;
@@ -111,13 +155,4 @@ vec3 light_at(Pixel from) {
                 light_of(footprint_of(from, 1), 1),
                 light_of(footprint_of(from, 2), 2));
 #endif
-}
-
-void main() {
-    int eye = int(gl_WorkGroupID.z);
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(first_column(eye), 0);
-    Pixel from = pixel_at(at, eye);
-    vec3 light = where_emitting(from, light_at(from));
-    if (eye_of(at.x) != eye) light = vec3(0.0);
-    if (is_written_by(at, eye)) imageStore(shown, at, vec4(light, 1.0));
 }

@@ -15,7 +15,7 @@ from vrlf.optics.lattice import lattice_of
 from vrlf.optics.raster import cells_per_pixel
 from vrlf.optics.subpixels import layout
 from vrlf.optics.viewport import RASTER_FLIP, SIDES, pitch_mm, viewport
-from vrlf.passes.forward import inverse_maps
+from vrlf.passes.forward_maps import inverse_maps
 from vrlf.reference.forward import retinal_points
 
 Float = NDArray[np.float64]
@@ -116,3 +116,28 @@ def test_footprints_pay_until_much_is_cut() -> None:
     got = made(pass_rigs.SMALL["bgr-walls"])
     assert got is not None
     assert [footprint.pays(got, share, 3) for share in (0.0, 0.45, 0.46)] == [True, True, False]
+
+
+def test_a_window_holds_narrower_footprints() -> None:
+    """Dark and cut pixels fit nowhere; the others by both their sides."""
+    kinds = np.array([[0, 1, 4 + 16 * 4, 3 + 16 * 5], [5 + 16 * 3, 2 + 16 * 2, 6 + 16 * 6, 255]])
+    got = footprint.fitting(kinds.astype(np.uint8), (4, 6))
+    assert got.tolist() == [[False, False, True, True], [False, True, False, False]]
+
+
+def test_the_window_with_least_work() -> None:
+    """Two gathers more for all are paid by samples saved in some; windows never pass a viewport."""
+    view = (30, 20)
+
+    def window(narrow: int, tall: int, grid: int = 3, within: tuple[int, int] = view) -> object:
+        kinds = np.array([4 + 16 * 4] * narrow + [3 + 16 * 6] * tall + [1] * 50 + [0] * 50)
+        return footprint.window_for(kinds.astype(np.uint8), grid, within)
+
+    # 9 samples by themselves cost 21.3 gathers more than 9 in a footprint: 17.3 are saved by
+    # 4 x 4 texels, 15.3 by 4 x 6.
+    assert window(100, 12) == (4, 4)
+    assert window(100, 14) == (4, 6)
+    assert window(100, 14, within=(30, 5)) == (4, 4)
+    assert window(100, 14, within=(3, 20)) is None
+    assert window(100, 14, grid=1) is None
+    assert window(0, 0) is None

@@ -1,8 +1,7 @@
 // The forward prefilter's samples: where a panel point's one lenslet shows it.
 //
 // Needs of the block: FORWARD of vrlf/passes/forward.py; of the shader: the buffers crossings and
-// owners, viewport.glsl, lattice.glsl, and the defines DEGREE, RAY_SETS, WALLS, LATERAL, PERIOD_X
-// and PERIOD_Y (include/period.glsl).
+// owners, viewport.glsl, lattice.glsl, and the defines of forward.comp.
 // Twin: vrlf/reference/forward.py. Derivation: vrlf/optics/inverse.py.
 //
 // Places are in pixels, right and down, from the centre of the panel's own pixel: small numbers,
@@ -66,27 +65,25 @@ int ray_set(int eye, int colour) {
     return eye * RAY_SETS + colour;
 }
 
-// X - x for a place in a cell: two polynomials at once, by Horner's rule.
-vec2 displacement(vec2 t, int set) {
-    int first = set * (DEGREE + 1) * (DEGREE + 1);
-#if DEGREE == 1
-    return moves[first].xy + t.x * moves[first + 2].xy + t.y * moves[first + 1].xy;
+#include "include/displacement.glsl"
+
+// By which a colour's places are multiplied in the target.
+float magnification(Pixel from) {
+#if LATERAL
+    return magnified[from.colour].y;
 #else
-    vec2 value = vec2(0.0);
-    for (int i = DEGREE; i >= 0; i--) {
-        vec2 inner = vec2(0.0);
-        for (int j = DEGREE - i; j >= 0; j--) {
-            inner = inner * t.y + moves[first + i * (DEGREE + 1) + j].xy;
-        }
-        value = value * t.x + inner;
-    }
-    return value;
+    return 1.0;
 #endif
+}
+
+// Which of the samples are a colour's; where all emit alike, they are worked out once for all.
+int box_of(ivec2 pixel, int colour) {
+    return first_box(pixel) + (ONE_BOX == 1 ? 0 : colour);
 }
 
 // The place of a sample in its sub-pixel's grid; the middle one is at (GRID - 1) / 2.
 vec2 sample_place(Pixel from, int colour, vec2 column_row) {
-    vec4 grid = samples[first_box(from.at) + colour];
+    vec4 grid = samples[box_of(from.at, colour)];
     return grid.xy + column_row * grid.zw;
 }
 
@@ -104,14 +101,26 @@ vec3 where_emitting(Pixel from, vec3 light) {
 struct Ray {
     vec2 cell;     // the lenslet it takes, counted from crossed.zw
     bool met;      // the pupil, and no barrier
+    vec2 seen;     // where it would land through a lenslet that moves nothing
+    vec2 through;  // the place of which its displacement is a polynomial
     vec2 landing;  // X, the retinal point
 };
 
-Ray ray_at(Pixel from, vec2 place, int set) {
+// With a wavefront, pixels from the lenslet's middle: whatever the lattice's turn, the samples of a
+// sub-pixel then stand in rows and columns.
+vec2 through_of(vec2 in_cell, float crossing) {
+#if DEGREE == 1
+    return in_cell;
+#else
+    return times(px_per_cell, in_cell) / crossing;
+#endif
+}
+
+Ray ray_at(Pixel from, vec2 place, int colour) {
 #if LATERAL
     float crossing = magnified[from.colour].z;
     vec2 seen = from.lateral + magnified[from.colour].y * place;
-    int pupil_map = set;
+    int pupil_map = ray_set(from.eye, colour);
 #else
     float crossing = array_from_panel;
     vec2 seen = place;
@@ -127,7 +136,8 @@ Ray ray_at(Pixel from, vec2 place, int set) {
     vec2 off = nearest_cell(from_owner(from.owner, from.owner_law, from.crossed, cell, place));
     met = met && off == vec2(0.0);  // else absorbed by a wall
 #endif
-    return Ray(cell, met, seen + displacement(in_cell, set));
+    vec2 through = through_of(in_cell, crossing);
+    return Ray(cell, met, seen, through, seen + displacement(through, from.eye, colour));
 }
 
 // Whether a ray meets the pupil and lands in its eye's viewport, the border included.

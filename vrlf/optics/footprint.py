@@ -13,6 +13,19 @@ sum over the texels of a small window. A texel is then read once, not once for e
 it serves. It is the same sum in another order, not an approximation of it.
 
 The default rig's 9 samples span 0.4 x 1.1 pixels: 4 x 4 texels, 4 gathers of 2 x 2 in place of 9.
+
+A wavefront bends that grid: the displacement is a polynomial D(t) of the place t in the cell, of
+the degree n - 1 for an order n. With s the place in pixels from where the lenslet stands, t = A s,
+it is one of the same degree in s, whose x is the same down a column of samples and whose y along a
+row, whatever the lattice's turn. So
+
+    D(A s) = sum_i c_i(s_y) s_x^i
+
+has its c_i worked out once for a row: for the order 8 and three samples 36 + 3 * 7 products, not
+3 * 36. That is exact too. A Taylor series about the middle would not do: for 0.7 um of spherical
+aberration with coma it is 0.05 pixels off to the second order and 0.005 to the third. How far
+apart samples land now depends on the place, so each pixel's need is looked at once for a
+prescription (``shaders/forward_kinds.comp``), and ``window_for`` chooses among windows.
 """
 
 from __future__ import annotations
@@ -20,6 +33,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vrlf.optics import polynomial
 from vrlf.optics.inverse import InverseMap
@@ -29,6 +43,10 @@ from vrlf.optics.polynomial import Float
 _ROUNDING_PX = 1e-4
 # A row that is straight to this moves no light that a float32 sum of nine samples keeps.
 _STRAIGHT_PX = 1e-9
+# With wavefronts, in gathers: by how much a sample is cheaper in a footprint than alone, and what a
+# footprint costs before its samples. Measured on software GL with 3 x 3 and 4 x 4 samples. Wider
+# windows took twice as long: the compiler left their loops as they are.
+_SAMPLE_SAVES, _FOOTPRINT_COSTS, _MOST_CURVED_GATHERS = 2.7, 3.0, 6
 _MOST_GATHERS = 16  # a shader keeps all weights of a window, 4 each of these, in registers
 
 
@@ -126,3 +144,45 @@ def _moved_per_cell(each: InverseMap) -> Float:
     """D: the linear part of a map's displacement, shape (2, 2), right and down by rows."""
     linear = [polynomial.padded(c, 2) for c in each.displacement_px]
     return np.array([[c[1, 0], c[0, 1]] for c in linear])
+
+
+def fitting(kinds: NDArray[np.uint8], window: tuple[int, int]) -> NDArray[np.bool_]:
+    """Which pixels have footprints that this window holds.
+
+    Parameters
+    ----------
+    kinds : ndarray (H, W)
+        0 of pixels that show nothing, 1 of cut ones, else columns + 16 rows of texels that their
+        footprints need.
+    """
+    columns, rows = kinds % 16, kinds // 16
+    return np.asarray((rows > 0) & (columns <= window[0]) & (rows <= window[1]))
+
+
+def window_for(
+    kinds: NDArray[np.uint8], grid: int, view_px: tuple[int, int]
+) -> tuple[int, int] | None:
+    """The window with which wavefronts' pixels are least work, or None if samples alone are.
+
+    Parameters
+    ----------
+    kinds : ndarray (H, W)
+        As in ``fitting``.
+    grid : int
+        Samples along a side of a sub-pixel.
+    view_px : (width, height)
+        Of a viewport; no window is larger.
+    """
+    even = range(2, 2 * _MOST_CURVED_GATHERS + 1, 2)
+    windows = [(x, y) for x in even if x <= view_px[0] for y in even if y <= view_px[1]]
+    counts = np.bincount(kinds.ravel(), minlength=256)
+    codes = np.arange(256, dtype=np.uint8)
+
+    def saved(window: tuple[int, int]) -> float:
+        gain = _SAMPLE_SAVES * grid**2 - _FOOTPRINT_COSTS - gathers(window)
+        return float(gain * counts[fitting(codes, window)].sum())
+
+    best = max(
+        (each for each in windows if gathers(each) <= _MOST_CURVED_GATHERS), key=saved, default=None
+    )
+    return best if best is not None and saved(best) > 0.0 else None

@@ -7,7 +7,8 @@ fields     members that several uniform blocks share, and their values for a rig
 prepare    ``Prepare``: each eye's picture fitted into its viewport
 sharpen    ``Sharpen``: the target sharpened before the forward prefilter
 forward    ``Forward``: the forward prefilter, by footprints and sample by sample
-           (``forward_plain``: as one would write it first, to be timed against)
+           (``forward_maps``: both eyes' inverse maps; ``forward_lists``: which pixels are
+           done how; ``forward_plain``: as one would write it first, to be timed against)
 perceive   ``Perceive``: what both eyes see of a panel image
 rays       ``PerceiveTables``: perception's rays: points, lines, points of holes
 bins       the blind rays that holes can pass, sorted by where they cross the mask

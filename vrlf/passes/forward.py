@@ -3,7 +3,9 @@
 A sub-pixel is the mean of k x k samples. Two programs share the work: *footprints* do all
 pixels at once, reading each texel once, and are right for those of which the samples of each
 sub-pixel do alike; the *cut* ones are listed once for a prescription and done again sample by
-sample. Where footprints don't pay (wavefronts, wide images, k = 1) all is done sample by sample.
+sample. Where footprints don't pay (wide images, k = 1) all is done sample by sample.
+
+With a wavefront nothing is done twice: all pixels are sorted and listed, see ``forward_lists``.
 
 Both are exact: on noise they differ from the plain shader (``forward_plain``) by 9e-8 RMS, so no
 picture pays for the speed. Measured on software GL, two busy cores, 1334x750, in one process by
@@ -30,20 +32,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vrlf.gpu import Block, Buffer, ComputePass, ComputeVariants, Device, Field, Texture
-from vrlf.gpu.compute import GROUP_PX
+from vrlf.gpu import Block, ComputePass, ComputeVariants, Device, Field, Texture
 from vrlf.model import Rig
 from vrlf.model.zernike import ZERNIKE_ORDER_LIMIT
-from vrlf.optics import polynomial
-from vrlf.optics.bench import Bench, bench_of, colour_benches, is_lateral
-from vrlf.optics.eye import eye_optics
+from vrlf.optics.bench import bench_of, colour_benches, is_lateral
 from vrlf.optics.footprint import Footprints, footprints, pays, sample_grid
-from vrlf.optics.inverse import InverseMap, crossing_shift_mm, inverse_map
-from vrlf.optics.lattice import Lattice, lattice_of
+from vrlf.optics.lattice import lattice_of
 from vrlf.optics.polynomial import Float
 from vrlf.optics.raster import cells_per_pixel
 from vrlf.optics.subpixels import layout
-from vrlf.optics.viewport import SIDES, Side, viewport
+from vrlf.optics.viewport import SIDES, viewport
 from vrlf.passes.fields import (
     LATERAL_FIELDS,
     LATTICE_FIELDS,
@@ -56,6 +54,13 @@ from vrlf.passes.fields import (
     padded,
     subpixel_defines,
     viewport_values,
+)
+from vrlf.passes.forward_lists import PixelList, SortedPixels, sort_pixels
+from vrlf.passes.forward_maps import (
+    crossing_shifts,
+    curves_alike,
+    inverse_maps,
+    moves_from_lenslets_px,
 )
 from vrlf.passes.register import REGISTER, RegisterTables
 
@@ -77,7 +82,6 @@ FORWARD = Block(
         Field("vec4", "moves", "xy: coefficients of each map's X - x", _MAPS * _COEFFICIENTS),
     ),
 )
-_GROUPS_A_ROW = 1024  # far below the 65,535 that a side of a dispatch may have
 
 
 class ForwardTables:
@@ -91,11 +95,13 @@ class ForwardTables:
         if lattice is None:
             raise ValueError("forward: a bare panel needs no tables, its image is the target")
         maps, ray_sets = inverse_maps(rig, lattice)
-        moves, grid = moves_px(maps), rig.prefilter.subpixel_grid
+        grid = rig.prefilter.subpixel_grid
         emission = layout(rig.panel.subpixels)
         samples = [sample_grid(r, grid) for r in emission.rectangles]
         per_px = cells_per_pixel(rig, lattice)
         crossed = [each.array_from_panel * per_px for each in colour_benches(rig)[:ray_sets]]
+        moves = moves_from_lenslets_px(maps, crossed * len(SIDES))
+        self.is_curved = moves.shape[1] > 2
         # At each place of the period, by each map.
         places = emission.places
         shown = [each for i in range(places) for each in _of_maps(samples, i, ray_sets)]
@@ -103,6 +109,8 @@ class ForwardTables:
         self.defines: dict[str, int | float | str] = {
             "DEGREE": moves.shape[1] - 1,
             "RAY_SETS": ray_sets,
+            "ONE_BOX": int(emission.is_shared),
+            "ALIKE": int(curves_alike(moves, ray_sets)),
             "GRID": grid,
             # Converging walls cut none of these rays: see the float64 twin.
             "WALLS": int(lattice.barriers == "perpendicular"),
@@ -114,10 +122,12 @@ class ForwardTables:
         # The middle column of an odd width is done with the left eye's.
         self.columns_an_eye = viewport(rig, "right").first_column
         benches = colour_benches(rig) if is_lateral(rig) else (bench_of(rig),)
-        crossings = [(bench.array_from_panel, _crossing_shifts(rig, bench)) for bench in benches]
+        crossings = [(bench.array_from_panel, crossing_shifts(rig, bench)) for bench in benches]
         self.crossings, self.owners = crossing_rasters(device, rig, lattice, crossings)
         # Footprints do all pixels but these; None until they were looked for, or without any.
-        self.cut: CutList | None = None
+        self.cut: PixelList | None = None
+        # With wavefronts: all that aren't dark; None until they were looked for.
+        self.sorted: SortedPixels | None = None
         self.values: dict[str, Any] = {
             **viewport_values(rig),
             **lattice_values(rig, lattice),
@@ -139,8 +149,9 @@ class ForwardTables:
         """Give all tables back."""
         self.crossings.release()
         self.owners.release()
-        if self.cut is not None:
-            self.cut.release()
+        for lists in (self.cut, self.sorted):
+            if lists is not None:
+                lists.release()
 
 
 def forward_tables(device: Device, rig: Rig) -> ForwardTables | RegisterTables:
@@ -148,61 +159,9 @@ def forward_tables(device: Device, rig: Rig) -> ForwardTables | RegisterTables:
     return RegisterTables(rig) if rig.array.kind == "none" else ForwardTables(device, rig)
 
 
-def _crossing_shifts(rig: Rig, bench: Bench) -> dict[Side, Float]:
-    return {side: crossing_shift_mm(bench, eye_optics(rig, side)) for side in SIDES}
-
-
-def inverse_maps(rig: Rig, lattice: Lattice) -> tuple[list[InverseMap], int]:
-    """The maps of both eyes, colour by colour, and how many each has: 1 shared by all, or 3."""
-    eyes = [eye_optics(rig, side) for side in SIDES]
-    is_shared = layout(rig.panel.subpixels).is_shared
-    shared = is_shared and not any(eye.is_chromatic for eye in eyes)
-    ray_sets = 1 if shared else 3
-    maps = [
-        inverse_map(rig, eye.benches[c], lattice, eye, c) for eye in eyes for c in range(ray_sets)
-    ]
-    return maps, ray_sets
-
-
 def _of_maps(samples: list[Float], place: int, ray_sets: int) -> list[Float]:
     """The sub-pixel that each map shows at one place of the period, the left eye's first."""
     return samples[3 * place : 3 * place + ray_sets] * len(SIDES)
-
-
-def moves_px(maps: list[InverseMap]) -> NDArray[np.float32]:
-    """Both polynomials of each map interleaved, shape (maps, size, size, 2), size at least 2."""
-    size = 1 + max(1, *(polynomial.degree(c) for each in maps for c in each.displacement_px))
-    return np.stack(
-        [
-            np.stack([polynomial.padded(c, size) for c in each.displacement_px], axis=-1)
-            for each in maps
-        ]
-    ).astype(np.float32)
-
-
-class CutList:
-    """Owns the list of the cut pixels, the left eye's, then the right eye's, each by rows."""
-
-    def __init__(self, device: Device, is_cut: NDArray[np.bool_], first_right_column: int) -> None:
-        rows, columns = np.nonzero(is_cut)
-        places = (columns + 65536 * rows).astype(np.uint32)
-        of_left = columns < first_right_column
-        self.counts = (int(of_left.sum()), int((~of_left).sum()))
-        head = np.array(self.counts, np.uint32)
-        data = np.concatenate([head, places[of_left], places[~of_left]])
-        self._buffer = Buffer(device, data, label="cut pixels")
-
-    def places(self) -> NDArray[np.uint32]:
-        """Column + 65536 row of each, shape (sum of the counts,)."""
-        return np.asarray(self._buffer.read(np.uint32)[2:], np.uint32)
-
-    def bind(self) -> None:
-        """For the shader's ``listed``."""
-        self._buffer.bind(4)
-
-    def release(self) -> None:
-        """Give the list back."""
-        self._buffer.release()
 
 
 class Forward:
@@ -213,6 +172,8 @@ class Forward:
         self._samples = ComputeVariants(device, "forward.comp", FORWARD)
         self._footprints = ComputeVariants(device, "forward_footprints.comp", FORWARD)
         self._cut = ComputeVariants(device, "forward_cut.comp", FORWARD)
+        self._kinds = ComputeVariants(device, "forward_kinds.comp", FORWARD)
+        self._dark = ComputeVariants(device, "forward_dark.comp", FORWARD)
         self._register = ComputeVariants(device, "register.comp", REGISTER)
 
     def run(self, tables: ForwardTables | RegisterTables, target: Texture, shown: Texture) -> None:
@@ -227,65 +188,106 @@ class Forward:
             self._device.check("bringing the colours together")
             return
         tables.bind()
-        _run_raster(self._of_all(tables), tables)
-        if tables.cut is not None and any(tables.cut.counts):
-            self._redo(tables, tables.cut)
+        if tables.sorted is not None:
+            self._run_sorted(tables, tables.sorted)
+        else:
+            _run_raster(self._of_all(tables), tables)
+        if tables.cut is not None:
+            _run_list(self._by_samples(tables, listed=True), tables, tables.cut)
         self._device.check("prefiltering")
 
     def complete(self, tables: ForwardTables | RegisterTables) -> None:
-        """Compile what these tables need and list what is cut; does nothing the second time.
+        """Compile what these tables need and list pixels; does nothing the second time.
 
         ``run`` sees to it. Called when tables are made, it keeps that work out of a frame.
         """
         if isinstance(tables, RegisterTables):
             self._register.get({})
             return
+        if tables.is_curved:
+            if tables.sorted is None:
+                self._sort(tables)
+            return
         if tables.footprints is not None and tables.cut is None:
             self._list_cut(tables, tables.footprints)
         self._of_all(tables)
         if tables.cut is not None:
-            self._of_listed(tables)
+            self._by_samples(tables, listed=True)
 
     def _list_cut(self, tables: ForwardTables, made: Footprints) -> None:
         """List the cut pixels, or give footprints up where there are too many of them."""
+        is_cut = self._flags(self._cut, tables) != 0
+        if pays(made, float(is_cut.mean()), int(tables.defines["GRID"])):
+            tables.cut = PixelList(self._device, is_cut, tables.columns_an_eye, label="cut pixels")
+        else:
+            tables.footprints = None
+
+    def _sort(self, tables: ForwardTables) -> None:
+        """List all pixels that aren't dark, by how they are done, and compile that."""
+        kinds, grid = self._flags(self._kinds, tables), int(tables.defines["GRID"])
+        view_px, right = tables.values["view_px"], tables.columns_an_eye
+        tables.sorted = sort_pixels(self._device, kinds, grid, view_px, right)
+        self._dark.get({})
+        self._by_samples(tables, listed=True)
+        if tables.sorted.window is not None:
+            self._by_footprints(tables, tables.sorted.window, listed=True)
+
+    def _flags(self, programs: ComputeVariants, tables: ForwardTables) -> NDArray[np.uint8]:
+        """What a program writes of each pixel, shape (H, W)."""
         flags = Texture(self._device, tables.size_px, components=1, kind="u1", label="cut pixels")
         try:
             flags.bind_image(0, read=False, write=True)
             tables.bind()
-            _run_raster(self._cut.get(tables.defines), tables)
-            is_cut = flags.read()[..., 0] != 0
+            _run_raster(programs.get(tables.defines), tables)
+            return np.asarray(flags.read()[..., 0], np.uint8)
         finally:
             flags.release()
-        if pays(made, float(is_cut.mean()), int(tables.defines["GRID"])):
-            tables.cut = CutList(self._device, is_cut, tables.columns_an_eye)
-        else:
-            tables.footprints = None
+
+    def _run_sorted(self, tables: ForwardTables, made: SortedPixels) -> None:
+        _run_list(self._dark.get({}), tables, made.dark)
+        if made.window is not None:
+            program = self._by_footprints(tables, made.window, listed=True)
+            _run_list(program, tables, made.by_footprints)
+        _run_list(self._by_samples(tables, listed=True), tables, made.by_samples)
 
     def _of_all(self, tables: ForwardTables) -> ComputePass:
-        if tables.footprints is None:
-            return self._samples.get(tables.defines | {"LISTED": 0})
-        columns, rows = tables.footprints.window
-        aligned = int(tables.footprints.aligned)
-        window: dict[str, int] = {"WINDOW_X": columns, "WINDOW_Y": rows, "ALIGNED": aligned}
-        return self._footprints.get(tables.defines | window)
+        made = tables.footprints
+        if made is None:
+            return self._by_samples(tables, listed=False)
+        return self._by_footprints(tables, made.window, aligned=made.aligned, listed=False)
 
-    def _of_listed(self, tables: ForwardTables) -> ComputePass:
-        return self._samples.get(tables.defines | {"LISTED": 1})
+    def _by_footprints(
+        self,
+        tables: ForwardTables,
+        window: tuple[int, int],
+        *,
+        aligned: bool = False,
+        listed: bool,
+    ) -> ComputePass:
+        shape = {"WINDOW_X": window[0], "WINDOW_Y": window[1], "ALIGNED": int(aligned)}
+        return self._footprints.get(tables.defines | shape | {"LISTED": int(listed)})
 
-    def _redo(self, tables: ForwardTables, cut: CutList) -> None:
-        cut.bind()
-        program = self._of_listed(tables)
-        program.set(tables.values)
-        groups = -(-max(cut.counts) // GROUP_PX**2)
-        rows = -(-groups // _GROUPS_A_ROW)
-        program.run(GROUP_PX * -(-groups // rows), GROUP_PX * rows, len(SIDES))
+    def _by_samples(self, tables: ForwardTables, *, listed: bool) -> ComputePass:
+        return self._samples.get(tables.defines | {"LISTED": int(listed)})
 
     def release(self) -> None:
         """Give the programs back."""
-        for programs in (self._samples, self._footprints, self._cut, self._register):
+        for programs in (
+            self._samples,
+            self._footprints,
+            self._cut,
+            self._kinds,
+            self._dark,
+            self._register,
+        ):
             programs.release()
 
 
 def _run_raster(program: ComputePass, tables: ForwardTables) -> None:
     program.set(tables.values)
     program.run(tables.columns_an_eye, tables.size_px[1], len(SIDES))
+
+
+def _run_list(program: ComputePass, tables: ForwardTables, listed: PixelList) -> None:
+    program.set(tables.values)
+    listed.run(program)

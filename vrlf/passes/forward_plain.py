@@ -26,7 +26,7 @@ from vrlf.passes.fields import (
     subpixel_values,
     viewport_values,
 )
-from vrlf.passes.forward import inverse_maps, moves_px
+from vrlf.passes.forward_maps import inverse_maps, moves_px
 
 FORWARD_PLAIN = Block(
     "ForwardPlain",
