@@ -25,6 +25,7 @@ benching    ``bench``, ``bench speed``
 judging     ``bench quality``, ``bench frames``
 running     ``bench change``, ``bench memory``
 tolerating  ``bench tolerance``
+reproducing ``reproduce``: the thesis's results beside ours
 sweeping    ``sweep``: many rigs, sources and methods on many workers
 sizes       what the benches' options turn text into
 =========== ================================================================

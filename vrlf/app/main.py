@@ -22,6 +22,7 @@ from vrlf.app.pictures import chart, perceive, prefilter
 from vrlf.app.previewing import preview
 from vrlf.app.profiles import profile
 from vrlf.app.rendering import render
+from vrlf.app.reproducing import reproduce
 from vrlf.app.serving import serve
 from vrlf.app.sweeping import sweep
 from vrlf.errors import VrlfError
@@ -67,7 +68,7 @@ def vrlf(context: click.Context) -> None:
 
 for _command in (
     *(demo, prefilter, perceive, evaluate, compare, preview, render, serve),
-    *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench, sweep),
+    *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench, sweep, reproduce),
 ):
     vrlf.add_command(_command)
 

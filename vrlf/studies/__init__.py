@@ -19,6 +19,7 @@ limits     how fast the device copies and fetches, measured
 lenslet    a picture of a lenslet's spots, MTF, field curves and colours
 plots      pictures of what speed and quality have found
 quality    how near each prefilter brings what is perceived to what it should be
+reproduce/ the thesis's results from content of our own
 speed      how long passes and whole frames take against size and the device's limits
 steps      what bench times: passes, the making of their tables, twins
 sweep/     any grid or sample of rig keys, sources and methods, on many workers

@@ -63,11 +63,22 @@ def check_plot(path: str, option: str = "--plot") -> Path:
             f"wanted {' or '.join(ENDINGS)}"
         )
     target = check_target(path)
+    require_matplotlib(option)
+    return target
+
+
+def require_matplotlib(what: str) -> None:
+    """Make sure that plots can be drawn for ``what``, before anything is measured.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not there.
+    """
     if find_spec("matplotlib") is None:
         raise InputError(
-            f"{option}: found no matplotlib, wanted it installed; pip install 'vrlf[plots]'"
+            f"{what}: found no matplotlib, wanted it installed; pip install 'vrlf[plots]'"
         )
-    return target
 
 
 def plot_speed(report: SpeedReport, path: str | Path) -> None:
