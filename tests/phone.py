@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -73,14 +74,17 @@ class Stub:
 
 
 @contextmanager
-def broadcasting(stub: Any) -> Iterator[tuple[str, Broadcast]]:
+def broadcasting(
+    stub: Any, tls: tuple[Path, Path] | None = None
+) -> Iterator[tuple[str, Broadcast]]:
     """A server with its drawing loop in a thread; the page's address."""
     sock = listen("127.0.0.1", 0)
     port = sock.getsockname()[1]
-    door = Door(new_token(), frozenset({in_address("127.0.0.1", port)}), "http")
+    scheme = "https" if tls else "http"
+    door = Door(new_token(), frozenset({in_address("127.0.0.1", port)}), scheme)
 
     def plan(name: str, most_pixels: int) -> Plan:
-        return Plan(door, name, most_pixels, stub.size_px)
+        return Plan(door, name, most_pixels, stub.size_px, *(tls or ()))
 
     broadcast = Broadcast(stub, plan, [sock])
     is_over = threading.Event()
@@ -95,7 +99,7 @@ def broadcasting(stub: Any) -> Iterator[tuple[str, Broadcast]]:
     loop = threading.Thread(target=run)
     loop.start()
     try:
-        yield f"http://127.0.0.1:{port}{door.path}", broadcast
+        yield f"{scheme}://127.0.0.1:{port}{door.path}", broadcast
     finally:
         is_over.set()
         loop.join(10.0)

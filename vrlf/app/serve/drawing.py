@@ -19,7 +19,7 @@ from vrlf.app.preview.layout import placed
 from vrlf.app.preview.session import Session, act, strolled
 from vrlf.app.preview.steps import STEPS, written
 from vrlf.app.serve.wire import Measured
-from vrlf.errors import DeviceError, VrlfError
+from vrlf.errors import DeviceError, InputError, VrlfError
 from vrlf.files import check_target, shown
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig, rig_from_tables
@@ -106,7 +106,11 @@ class Drawing:
         self.session = replace(self.session, loaded=self.session.rig, message=f"saved {path}")
 
     def _reload(self) -> None:
-        self.session = as_loaded(self.session, self._files.load())
+        rig = self._files.load()
+        if (rig.panel.width_px, rig.panel.height_px) != self.size_px:
+            # Phones were let in, and the memory was made, for the panel that there is.
+            raise InputError("the rig's panel has other pixels now: start vrlf serve again")
+        self.session = as_loaded(self.session, rig)
 
     def _seek(self, time_s: float) -> None:
         self.time_s = max(time_s, 0.0)
