@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import json
 import socket
+import ssl
 import time
 from contextlib import AsyncExitStack, ExitStack
 from multiprocessing.shared_memory import SharedMemory
@@ -21,7 +22,8 @@ from test_serve_command import HELLO as SMALL_HELLO
 from test_serve_command import RIG, SHAPE, serving, settled
 from test_serve_faults import HELLO, dial, frames, is_closed, run
 
-from vrlf.app.serve.certificate import own_certificate
+from vrlf.app.serve.address import hosts
+from vrlf.app.serve.certificate import names_of, own_certificate
 from vrlf.app.serve.door import Door
 from vrlf.app.serve.gate import MOST_OF_AN_ADDRESS
 from vrlf.app.serve.server import MOST_PHONES, Plan, Server
@@ -177,3 +179,30 @@ def test_a_beat_is_answered_and_another_phones_clock_is_not_believed() -> None:
 
     with broadcasting(Stub()) as (address, broadcast):
         run(talk(address, broadcast))
+
+
+def test_a_usual_port_and_a_certificates_own_name_are_known(tmp_path: Path) -> None:
+    """Browsers leave the usual port out of Host."""
+    assert hosts(["192.0.2.7"], 443, "https") == {"192.0.2.7:443", "192.0.2.7"}
+    assert hosts(["::1"], 80, "http") == {"[::1]:80", "[::1]"}
+    assert hosts(["Phone.Example"], 7433, "https") == {"phone.example:7433"}
+    cert, _ = own_certificate(tmp_path, ["192.0.2.7", "phone.example", "*.other.example"])
+    assert names_of(cert) == ("phone.example",)
+    assert names_of(tmp_path / "none.pem") == ()
+
+
+def test_with_their_own_certificate_its_name_is_in_the_address(tmp_path: Path) -> None:
+    cert, key = own_certificate(tmp_path / "own", ["phone.example"])
+    rig = tmp_path / "mine.toml"
+    rig.write_text(RIG)
+    given = ("chart:grid", "-r", str(rig), "--no-qr", "--cert", str(cert), "--key", str(key))
+    with serving(*given, cwd=tmp_path) as (address, _):
+        assert urlsplit(address).hostname == "phone.example"
+        parts = urlsplit(address)
+        context = ssl.create_default_context(cafile=str(cert))
+        with (
+            socket.create_connection(("127.0.0.1", parts.port), 10.0) as plain,
+            context.wrap_socket(plain, server_hostname="phone.example") as wire,
+        ):
+            wire.sendall(f"GET {parts.path} HTTP/1.1\r\nHost: {parts.netloc}\r\n\r\n".encode())
+            assert wire.recv(15) == b"HTTP/1.1 200 OK"

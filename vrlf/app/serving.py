@@ -119,8 +119,8 @@ class _Where:
     """Owns the listening socket; knows the address that a phone is given."""
 
     def __init__(self, host: str, port: int, cert: str | None, key: str | None) -> None:
-        from vrlf.app.serve.address import addresses, in_address, listen
-        from vrlf.app.serve.certificate import own_certificate, tls_context
+        from vrlf.app.serve.address import LOOPBACK, addresses, hosts, in_address, listen
+        from vrlf.app.serve.certificate import names_of, own_certificate, tls_context
         from vrlf.app.serve.door import Door, new_token
 
         self.socket = listen(host, port)
@@ -136,11 +136,13 @@ class _Where:
                 tls_context(*self._files)  # a wrong one is said now
             self._is_own = cert is None
             scheme = "https" if self._files else "http"
-            hosts = frozenset(in_address(each, self.port).lower() for each in found.all)
-            if cert is not None:  # whatever name the certificate is for
-                hosts |= {in_address(host, self.port)}
-            self.door = Door(new_token(), hosts, scheme)
-            self.url = f"{scheme}://{in_address(found.best, self.port)}{self.door.path}"
+            # Their own certificate is for a name, and that is what the phone must ask for.
+            named = names_of(self._files[0]) if self._files and cert is not None else ()
+            known = hosts((*found.all, *named), self.port, scheme)
+            self.door = Door(new_token(), known, scheme)
+            best = named[0] if named else found.best
+            self.url = f"{scheme}://{in_address(best, self.port)}{self.door.path}"
+            self.is_stranded = not found.is_loopback and best == LOOPBACK
         except BaseException:
             self.socket.close()
             raise
@@ -161,6 +163,8 @@ class _Where:
             from vrlf.app.serve.certificate import fingerprint
 
             say(f"the phone warns once of this certificate, SHA-256 {fingerprint(self._files[0])}")
+        if self.is_stranded:
+            say("found no way into a network: no phone reaches this address")
         if not has_qr:
             return
         if importlib.util.find_spec("segno") is None:
