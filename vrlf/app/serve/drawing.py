@@ -192,7 +192,9 @@ class Drawing:
             raise DeviceError(
                 f"GPU: found its context lost ({self.fault}), wanted it to stay"
             ) from error
-        level = self._fade.step(passed_s, is_faulty=True)
+        before, level = self._fade.level, self._fade.step(passed_s, is_faulty=True)
+        if before == level:  # grey already
+            return None
         return None if self._held is None else faded(self._held, level)
 
     def _is_lost(self) -> bool:

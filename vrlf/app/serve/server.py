@@ -125,7 +125,7 @@ class Server:
         self._patience = Patience()
         self._said: dict[str, Any] = {}
         self._waiting: asyncio.Queue[Any] = asyncio.Queue(_MOST_WAITING)
-        self._turn: Turn | None = None
+        self._turn: tuple[Turn, float] | None = None
         self._turner: Phone | None = None
         self._has_turn = asyncio.Event()
         self._newest: tuple[Any, bytes] | None = None
@@ -258,11 +258,14 @@ class Server:
                 phone.shown_s = time.monotonic()
                 phone.link.took(sent[0], 1e3 * (time.monotonic() - sent[1]))
             # By another phone's clock the sensor's time says nothing.
-            if message.photon_ms is not None and sent is not None and phone is self._turner:
+            is_known = sent is not None and phone is self._turner
+            # A key must not be lost for it.
+            has_room = self._waiting.qsize() < _MOST_WAITING // 2
+            if message.photon_ms is not None and is_known and has_room:
                 self._tell(("photon", message.photon_ms, dict(phone.link.milliseconds)))
             phone.ready.set()
         elif isinstance(message, Turn):
-            self._turn, self._turner = message, phone
+            self._turn, self._turner = (message, time.monotonic()), phone
             self._has_turn.set()
         else:
             self._tell(message)
@@ -361,7 +364,7 @@ class Server:
             self._has_turn.clear()
             while not self._waiting.empty() or self._turn is not None:
                 if self._waiting.empty():
-                    item, self._turn = (self._turn, time.monotonic()), None
+                    item, self._turn = self._turn, None
                 else:
                     item = self._waiting.get_nowait()
                 try:
