@@ -68,6 +68,9 @@ class Stub:
     def prompts(self) -> tuple[str, str]:
         return "> left  -5.00", "right  -4.50"
 
+    def axes(self) -> tuple[float, float]:
+        return 0.25, 0.75
+
     def write_panel(self, measured: Measured) -> str:
         self.measured.append(measured)
         return "wrote it"

@@ -25,10 +25,12 @@ from test_serve_faults import HELLO, dial, frames, is_closed, run
 from vrlf.app.serve.address import hosts
 from vrlf.app.serve.certificate import names_of, own_certificate
 from vrlf.app.serve.door import Door
+from vrlf.app.serve.drawing import lens_axes
 from vrlf.app.serve.gate import MOST_OF_AN_ADDRESS
 from vrlf.app.serve.server import MOST_PHONES, Plan, Server
 from vrlf.app.serve.slots import Slots, Stamp
 from vrlf.app.serve.wire import RAW, Hello, Link
+from vrlf.model import load_rig
 
 
 def test_a_phone_that_takes_nothing_keeps_no_word_from_the_others() -> None:
@@ -206,3 +208,13 @@ def test_with_their_own_certificate_its_name_is_in_the_address(tmp_path: Path) -
         ):
             wire.sendall(f"GET {parts.path} HTTP/1.1\r\nHost: {parts.netloc}\r\n\r\n".encode())
             assert wire.recv(15) == b"HTTP/1.1 200 OK"
+
+
+def test_words_stand_before_the_lenses() -> None:
+    rig = load_rig("matched-microlens")
+    panel_mm = 1e-3 * rig.panel.width_px * rig.panel.pixel_pitch_um
+    left, right = lens_axes(rig)
+    assert (right - left) * panel_mm == pytest.approx(rig.headset.lens_separation_mm)
+    assert left + right == pytest.approx(1.0)
+    small = rig.model_copy(update={"panel": rig.panel.model_copy(update={"width_px": 200})})
+    assert lens_axes(small) == (0.11, 0.89)

@@ -259,6 +259,10 @@ function heard(message) {
     place();
     check();
   } else if (message.t === "say") {
+    // Before each lens: elsewhere the eyes cannot bring the words together.
+    for (const [i, id] of ["prompt-left", "prompt-right"].entries()) {
+      if (message.axes) at(id).style.left = `${100 * message.axes[i]}%`;
+    }
     prompt(message.left, message.right);
     at("latency").hidden = !message.latency;
   } else if (message.t === "held") {

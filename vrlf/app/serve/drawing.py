@@ -24,6 +24,7 @@ from vrlf.files import check_target, shown
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig, rig_from_tables
 from vrlf.model.saving import new_rig_file
+from vrlf.optics.viewport import SIDES, pitch_mm, viewport
 from vrlf.renderer.live import Live
 from vrlf.scene import HeadPose
 
@@ -31,6 +32,7 @@ from vrlf.scene import HeadPose
 _RAYS = 8
 _LOST_AFTER = 3
 _STROLL_S = 0.1
+_WORDS_HALF = 0.11  # as phone.css has it, in shares of the panel
 _WALKING = frozenset({"walk_ahead", "walk_left", "walk_back", "walk_right"})
 # On a phone there is nothing to do for these.
 _NOT_HERE: Final[Mapping[str, str]] = {
@@ -41,6 +43,13 @@ _NOT_HERE: Final[Mapping[str, str]] = {
                      "view_difference", "view_compare", "view_wall"),
                     "that key is for the window of vrlf preview"),
 }  # fmt: skip
+
+
+def lens_axes(rig: Rig) -> tuple[float, float]:
+    """Where the lenses' axes meet the panel, in shares of its width; words there stay whole."""
+    width_mm = rig.panel.width_px * pitch_mm(rig)
+    left, right = (0.5 + viewport(rig, side).axis_mm[0] / width_mm for side in SIDES)
+    return max(left, _WORDS_HALF), min(right, 1.0 - _WORDS_HALF)
 
 
 class Drawing:
@@ -144,6 +153,10 @@ class Drawing:
             return f"{mark}{side}  {written(getattr(session.rig, side))}"
 
         return words("left"), words("right")
+
+    def axes(self) -> tuple[float, float]:
+        """Where each lens's axis meets the panel, in shares of its width: words stand there."""
+        return lens_axes(self.session.rig)
 
     # Frames
 

@@ -161,7 +161,12 @@ class Broadcast:
         """To every phone, before each eye; and to the terminal if somebody may want to read it."""
         left, right = self._drawing.prompts()
         lines = [f"{each}\n{message}" if message else each for each in (left, right)]
-        given = {"left": lines[0], "right": lines[1], "latency": self._drawing.has_latency}
+        given = {
+            "left": lines[0],
+            "right": lines[1],
+            "axes": self._drawing.axes(),
+            "latency": self._drawing.has_latency,
+        }
         try:
             self._pipe.send(("say", given))
         except OSError as error:
