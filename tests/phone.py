@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,9 @@ class Stub:
     def prompts(self) -> tuple[str, str]:
         return "> left  -5.00", "right  -4.50"
 
+    def axes(self) -> tuple[float, float]:
+        return 0.25, 0.75
+
     def write_panel(self, measured: Measured) -> str:
         self.measured.append(measured)
         return "wrote it"
@@ -74,15 +78,19 @@ class Stub:
 
 @contextmanager
 def broadcasting(
-    stub: Any, encodings: tuple[str, ...] = ENCODINGS
+    stub: Any,
+    encodings: tuple[str, ...] = ENCODINGS,
+    tls: tuple[Path, Path] | None = None,
 ) -> Iterator[tuple[str, Broadcast]]:
     """A server with its drawing loop in a thread; the page's address."""
     sock = listen("127.0.0.1", 0)
     port = sock.getsockname()[1]
-    door = Door(new_token(), frozenset({in_address("127.0.0.1", port)}), "http")
+    scheme = "https" if tls else "http"
+    door = Door(new_token(), frozenset({in_address("127.0.0.1", port)}), scheme)
 
     def plan(name: str, most_pixels: int) -> Plan:
-        return Plan(door, name, most_pixels, stub.size_px, encodings=encodings)
+        cert, key = tls or (None, None)
+        return Plan(door, name, most_pixels, stub.size_px, cert, key, encodings)
 
     broadcast = Broadcast(stub, plan, [sock])
     is_over = threading.Event()
@@ -97,7 +105,7 @@ def broadcasting(
     loop = threading.Thread(target=run)
     loop.start()
     try:
-        yield f"http://127.0.0.1:{port}{door.path}", broadcast
+        yield f"{scheme}://127.0.0.1:{port}{door.path}", broadcast
     finally:
         is_over.set()
         loop.join(10.0)

@@ -165,7 +165,7 @@ def test_keys_go_to_the_preview_table_and_prompts_come_back(driver: Any) -> None
         ActionChains(driver).key_down(Keys.CONTROL).send_keys("z").key_up(Keys.CONTROL).perform()
         wait_for(lambda: stub.pressed == ["down", "1", "]", "ctrl+z"], "keys")
         left = driver.find_element("id", "prompt-left")
-        wait_for(lambda: " ".join(left.text.split()) == "> left -5.00 pressed ctrl+z", "words")
+        wait_for(lambda: left.text == "> left -5.00\npressed ctrl+z", "the words")
         # A tap looks straight ahead again.
         driver.find_element("id", "picture").click()
         wait_for(lambda: stub.pressed[-1] == "h", "a tap")
@@ -241,3 +241,74 @@ def test_a_measured_screen_is_sent(driver: Any) -> None:
         wait_for(lambda: stub.measured, "the panel")
     assert stub.measured[0].size_px == (2402, 1082)  # 915 and 412 times 2.625, rounded
     assert stub.measured[0].pixel_pitch_um == pytest.approx(64.64, abs=0.005)
+
+
+def test_after_the_test_pattern_the_picture_is_back(driver: Any) -> None:
+    """Of a still picture no other frame comes."""
+    stub = Stub(changes=False)
+    with broadcasting(stub) as (address, _):
+        driver.get(address)
+        begin(driver)
+        wait_for(lambda: driver.execute_script("return readBack.length"), "a frame")
+        driver.execute_script("at('pattern').click()")
+        driver.find_element("id", "picture").click()
+        wait_for(lambda: driver.execute_script("return !state.isPattern"), "the picture")
+        assert driver.execute_script("return readBack.at(-1)") == [1, stub.sums[1]]
+
+
+def test_a_page_that_does_not_fill_the_screen_shows_nothing(driver: Any) -> None:
+    """Beside an address bar every pixel is sharp and in the wrong place."""
+    with broadcasting(Stub()) as (address, _):
+        driver.get(address)
+        begin(driver)
+        screen = {"screenWidth": SIZE[0], "screenHeight": SIZE[1], "mobile": True}
+        less = {"width": SIZE[0], "height": SIZE[1] - 30, "deviceScaleFactor": 0, **screen}
+        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", less)
+        sentence = "The page covers 640 x 300 of the screen's pixels, the picture needs 640 x 360."
+        wait_for(lambda: any(sentence in each for each in said(driver)), sentence)
+        assert not driver.find_element("id", "picture").is_displayed()
+        resize(driver, SIZE)
+        wait_for(lambda: driver.find_element("id", "picture").is_displayed(), "the picture")
+
+
+def test_a_browser_without_fullscreen_and_unpacking_shows_it_all_the_same(driver: Any) -> None:
+    """As iPhones have neither, or had."""
+    with broadcasting(Stub()) as (address, _):
+        driver.get(address)
+        driver.execute_script(
+            "Element.prototype.requestFullscreen = undefined; delete window.DecompressionStream;"
+            "state.socket.close()"
+        )
+        wait_for(lambda: driver.execute_script("return state.isOpen && state.fits"), "the socket")
+        begin(driver)
+        wait_for(lambda: driver.execute_script("return state.shown") > 10, "frames")
+        assert driver.execute_script("return state.isOpen")
+
+
+def test_a_link_that_dies_without_a_word_gives_way_to_grey(driver: Any) -> None:
+    grey = "return Number(getComputedStyle(document.getElementById('grey')).opacity)"
+    with broadcasting(Stub(changes=False)) as (address, _):
+        driver.get(address)
+        begin(driver)
+        wait_for(lambda: driver.execute_script("return state.shown"), "a frame")
+        # A still picture, a server that answers: nothing is wrong.
+        driver.execute_script("state.socket.onmessage = () => {}; window.was = state.socket")
+        wait_for(lambda: driver.execute_script(grey) == 1.0, "grey")
+        wait_for(lambda: driver.execute_script(grey) == 0.0, "another socket", 30.0)
+        assert driver.execute_script("return window.was !== state.socket")
+
+
+def test_a_ratio_that_is_no_whole_number_fits(driver: Any) -> None:
+    """A Pixel 7: 1080 by 2400 at 2.625, told as 412 by 915 of the page's pixels."""
+    with broadcasting(Stub()) as (address, _):
+        driver.get(address)
+        found = driver.execute_script(
+            "const pixel = {rig: {width: 2400, height: 1080}, screenPx: [1082, 2402], ratio: 2.625,"
+            " zoom: 1, isLandscape: true, boxPx: [2400, 1080]};"
+            "return [problems({...pixel, viewPx: null}),"
+            " problems({...pixel, viewPx: [2400, 1080]}),"
+            " problems({...pixel, viewPx: [2402, 1082]}).length,"
+            " problems({...pixel, rig: {width: 1080, height: 2400}})[0]]"
+        )
+        assert found[:3] == [[], [], 1]
+        assert found[3].startswith("The rig's panel stands upright")

@@ -7,7 +7,9 @@ const FADE_AFTER_MS = 700;
 const PROMPT_MS = 3500;
 const CARD_MM = 85.6;
 const LONG_TAP_MS = 600;
-const RETRY_MS = 250;
+const RETRY_MS = 250, FULL_RETRY_MS = 3000;
+// Silence of the server: an answer is due twice a second, unless a frame is on its way.
+const BEAT_MS = 500, SILENT_MS = 3000, GIVEN_UP_MS = 8000;
 
 const at = (id) => document.getElementById(id);
 const canvas = at("picture");
@@ -16,20 +18,25 @@ const context = canvas.getContext("2d", { alpha: false });
 const state = {
   socket: null, rig: null, fits: false, isOpen: false, isPattern: false, lastFrameMs: 0,
   shown: 0, newest: 0, decoding: Promise.resolve(), pending: null, turn: null, turnSentMs: 0,
-  lock: null, stats: [], isHeld: false, begun: false, boxPx: null,
+  lock: null, stats: [], isHeld: false, begun: false, boxPx: null, viewPx: null, image: null,
+  isFull: false, heardMs: 0,
 };
 
 // What does not fit, in plain words; nothing where all does.
 function problems(found) {
   const said = [];
-  const { rig, screenPx, ratio, zoom, isLandscape, boxPx } = found;
+  const { rig, screenPx, ratio, zoom, isLandscape, boxPx, viewPx } = found;
   if (!rig) return said;
   const long = Math.max(rig.width, rig.height), short = Math.min(rig.width, rig.height);
+  if (rig.width < rig.height) {
+    said.push(`The rig's panel stands upright (${rig.width} x ${rig.height} pixels): exchange its width_px and height_px.`);
+  }
   if (!isLandscape) said.push("The phone stands upright. Turn it on its side.");
   if (Math.abs(zoom - 1) > 1e-3) {
     said.push(`The page is zoomed to ${Math.round(100 * zoom)} %. Pinch until it is 100 %.`);
   }
-  if (Math.max(...screenPx) !== long || Math.min(...screenPx) !== short) {
+  // Browsers tell a screen in whole pixels of the page, rounded or upward.
+  if (Math.abs(Math.max(...screenPx) - long) >= ratio || Math.abs(Math.min(...screenPx) - short) >= ratio) {
     said.push(`The rig's panel has ${long} x ${short} pixels, this screen ${Math.max(...screenPx)} x ` +
       `${Math.min(...screenPx)}. Give vrlf serve a rig with this phone's panel, or measure this ` +
       "screen below and let it write one.");
@@ -37,6 +44,10 @@ function problems(found) {
     said.push(`A picture of ${rig.width} x ${rig.height} pixels would fill ${boxPx[0]} x ${boxPx[1]} ` +
       `of the screen's (pixel ratio ${ratio}). Set the browser's zoom and the phone's display size ` +
       "back to normal.");
+  } else if (viewPx && isLandscape && (viewPx[0] !== rig.width || viewPx[1] !== rig.height)) {
+    said.push(`The page covers ${viewPx[0]} x ${viewPx[1]} of the screen's pixels, the picture needs ` +
+      `${rig.width} x ${rig.height}. Tap Begin for fullscreen. On an iPhone add the page to the Home ` +
+      "Screen and open it from there.");
   }
   return said;
 }
@@ -49,7 +60,16 @@ function report() {
     zoom: window.visualViewport ? window.visualViewport.scale : 1,
     isLandscape: window.innerWidth >= window.innerHeight,
     boxPx: state.boxPx,
+    // Before it begins the page need not fill the screen.
+    viewPx: state.begun ? viewPx() : null,
   };
+}
+
+// The screen's pixels that the page covers: exact where the browser tells, else reckoned.
+function viewPx() {
+  if (state.viewPx) return state.viewPx;
+  const box = at("grey").getBoundingClientRect(), ratio = window.devicePixelRatio;
+  return [Math.round(box.width * ratio), Math.round(box.height * ratio)];
 }
 
 // The canvas's size in the page's pixels, so that each of its pixels is one of the screen's.
@@ -59,6 +79,7 @@ function place() {
   if (canvas.width !== width || canvas.height !== height) {
     canvas.width = width;
     canvas.height = height;
+    state.image = null;
   }
   canvas.style.width = `${width / window.devicePixelRatio}px`;
   canvas.style.height = `${height / window.devicePixelRatio}px`;
@@ -73,8 +94,11 @@ function check() {
     return item;
   }));
   const isRight = state.isOpen && state.rig && state.fits && said.length === 0;
-  at("begin").disabled = !(state.rig && (said.length === 0 || !report().isLandscape));
-  at("state").textContent = !state.isOpen ? "Connecting." :
+  const isScreenRight = problems({ ...report(), isLandscape: true, viewPx: null }).length === 0;
+  at("begin").disabled = !(state.rig && isScreenRight);
+  at("pattern").disabled = !state.rig;
+  at("state").textContent = state.isFull ? "As many phones as there is room for are on already." :
+    !state.isOpen ? "Connecting." :
     said.length ? "Not shown, because:" : "This screen fits the rig.";
   // A wrong picture is worse than none.
   canvas.hidden = !((isRight && state.begun) || state.isPattern);
@@ -129,20 +153,25 @@ function show() {
   const frame = state.pending;
   state.pending = null;
   if (!frame) return;
+  state.image = frame.image;
   if (!state.isPattern) context.putImageData(frame.image, 0, 0);
   state.shown += 1;
   state.newest = frame.number;
   state.lastFrameMs = performance.now();
   const hasTurn = !Number.isNaN(frame.sensorMs);
   // What was put in this callback is on the screen a refresh later.
-  requestAnimationFrame((nowMs) => tell(frame, hasTurn ? nowMs - frame.sensorMs : null));
+  requestAnimationFrame((nowMs) => {
+    const photonMs = hasTurn ? nowMs - frame.sensorMs : NaN;
+    // Otherwise the turn was another page's, by another clock, or of before a pause.
+    tell(frame, photonMs >= 0 && photonMs < 2000 ? photonMs : null);
+  });
   if (document.hidden) tell(frame, null);
 }
 
 function tell(frame, photonMs) {
   if (frame.isTold) return;
   frame.isTold = true;
-  send({ t: "shown", number: frame.number, photon: photonMs === null ? null : Math.max(photonMs, 0) });
+  send({ t: "shown", number: frame.number, photon: photonMs });
   if (photonMs === null) return;
   state.stats.push({
     photon: photonMs, waited: frame.waitedMs, drawn: frame.drawnMs, encoded: frame.encodedMs,
@@ -170,8 +199,12 @@ function send(message) {
   if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
 }
 
+let toldScreen = "";
+const screenNow = () => `${screen.width} ${screen.height} ${window.devicePixelRatio}`;
 function hello() {
-  send({ t: "hello", width: screen.width, height: screen.height, ratio: window.devicePixelRatio });
+  toldScreen = screenNow();
+  send({ t: "hello", width: screen.width, height: screen.height, ratio: window.devicePixelRatio,
+    inflates: "DecompressionStream" in window });
 }
 
 function connect() {
@@ -179,8 +212,11 @@ function connect() {
   const socket = new WebSocket(`${scheme}//${location.host}${location.pathname}live`);
   socket.binaryType = "arraybuffer";
   state.socket = socket;
-  socket.onopen = () => { state.isOpen = true; hello(); check(); };
+  state.heardMs = performance.now();
+  socket.onopen = () => { state.isOpen = true; state.isHeld = state.isFull = false; hello(); check(); };
   socket.onmessage = (event) => {
+    if (state.socket !== socket) return;
+    state.heardMs = performance.now();
     if (typeof event.data !== "string") {
       // One after the other: unpacking takes its time, and frames keep their order.
       state.decoding = state.decoding.then(() => take(event.data)).catch(() => socket.close());
@@ -188,24 +224,46 @@ function connect() {
     }
     heard(JSON.parse(event.data));
   };
-  socket.onclose = () => {
+  socket.onclose = (event) => {
+    if (state.socket !== socket) return;
     state.isOpen = false;
-    if (state.socket === socket) setTimeout(connect, RETRY_MS);
+    state.isFull = event.code === 1013;
+    setTimeout(connect, state.isFull ? FULL_RETRY_MS : RETRY_MS);
   };
 }
+
+// A link may die without a word; a browser then waits for minutes.
+function giveUp() {
+  const socket = state.socket;
+  state.socket = null;
+  state.isOpen = false;
+  socket.close();
+  connect();
+}
+
+const silentMs = () => performance.now() - state.heardMs;
+const isTaken = () => state.socket && state.socket.readyState <= WebSocket.OPEN;
+setInterval(() => {
+  if (isTaken() && !document.hidden && silentMs() > GIVEN_UP_MS) giveUp();
+  else send({ t: "beat" });
+  // Not every browser tells of another ratio.
+  if (state.isOpen && toldScreen !== screenNow()) { hello(); check(); }
+}, BEAT_MS);
+// Back on a network, or awake: what was silent meanwhile is not waited for.
+const back = () => { if (isTaken() && !document.hidden && silentMs() > 2 * BEAT_MS) giveUp(); };
+window.addEventListener("online", back);
 
 function heard(message) {
   if (message.t === "rig") {
     state.rig = message;
     state.fits = message.fits;
-    ["prompt-left", "prompt-right"].forEach((id, eye) => {
-      at(id).style.left = `${100 * message.axes[eye]}%`;
-    });
     place();
     check();
-  } else if (message.t === "again") {
-    hello();
   } else if (message.t === "say") {
+    // Before each lens: elsewhere the eyes cannot bring the words together.
+    for (const [i, id] of ["prompt-left", "prompt-right"].entries()) {
+      if (message.axes) at(id).style.left = `${100 * message.axes[i]}%`;
+    }
     prompt(message.left, message.right);
     state.hasLatency = Boolean(message.latency);
     at("latency").hidden = !(state.hasLatency && at("latency").textContent);
@@ -238,7 +296,7 @@ setInterval(() => {
     hello();
     check();
   }
-  const isBroken = !state.isOpen || state.isHeld;
+  const isBroken = !state.isOpen || state.isHeld || (silentMs() > SILENT_MS && !document.hidden);
   if (!isBroken) brokenSinceMs = null;
   else if (brokenSinceMs === null) brokenSinceMs = performance.now();
   const isLong = brokenSinceMs !== null && performance.now() - brokenSinceMs > FADE_AFTER_MS;
@@ -251,8 +309,11 @@ window.addEventListener("deviceorientation", (event) => {
   if (event.alpha === null || event.beta === null || event.gamma === null) return;
   const nowMs = performance.now();
   if (nowMs - state.turnSentMs < 8) return;
+  // Turns that wait for the link are old when they come.
+  if (state.socket && state.socket.bufferedAmount > 2048) return;
   state.turnSentMs = nowMs;
-  const angle = screen.orientation ? screen.orientation.angle : 0;
+  // iPhones before iOS 16.4 know the older name alone.
+  const angle = screen.orientation ? screen.orientation.angle : window.orientation || 0;
   // An event's time stamp is by the same clock as performance.now().
   send({ t: "turn", alpha: event.alpha, beta: event.beta, gamma: event.gamma, screen: angle,
     at: event.timeStamp });
@@ -302,7 +363,7 @@ setInterval(pads, 16);
 let downMs = 0;
 canvas.addEventListener("pointerdown", () => { downMs = performance.now(); });
 canvas.addEventListener("pointerup", () => {
-  if (state.isPattern) { state.isPattern = false; check(); return; }
+  if (state.isPattern) { endPattern(); return; }
   if (performance.now() - downMs < LONG_TAP_MS) { send({ t: "key", chord: "h" }); return; }
   state.begun = false;
   check();
@@ -315,12 +376,19 @@ const tried = (promise) => Promise.race([
   Promise.resolve(promise).catch(() => null), new Promise((done) => setTimeout(done, 1500)),
 ]);
 
+// iPhones have no fullscreen for pages.
+async function fillScreen() {
+  const root = document.documentElement;
+  const ask = root.requestFullscreen || root.webkitRequestFullscreen;
+  if (ask && !document.fullscreenElement) await tried(ask.call(root, { navigationUI: "hide" }));
+}
+
 async function begin() {
   // iPhones give motion only when asked within a touch.
   if (window.DeviceOrientationEvent && DeviceOrientationEvent.requestPermission) {
     await tried(DeviceOrientationEvent.requestPermission());
   }
-  await tried(document.documentElement.requestFullscreen({ navigationUI: "hide" }));
+  await fillScreen();
   if (screen.orientation && screen.orientation.lock) await tried(screen.orientation.lock("landscape"));
   await keepAwake();
   state.begun = true;
@@ -333,6 +401,7 @@ async function keepAwake() {
 }
 
 document.addEventListener("visibilitychange", () => {
+  back();
   if (document.hidden || !state.begun) return;
   keepAwake();
   hello();
@@ -351,6 +420,13 @@ function pattern() {
   context.putImageData(image, 0, 0);
   const back = new Uint32Array(context.getImageData(0, 0, width, height).data.buffer);
   return words.every((word, i) => word === back[i]);
+}
+
+function endPattern() {
+  state.isPattern = false;
+  if (state.image) context.putImageData(state.image, 0, 0);
+  else context.clearRect(0, 0, canvas.width, canvas.height);
+  check();
 }
 
 at("begin").addEventListener("click", begin);
@@ -376,9 +452,17 @@ at("measure").addEventListener("click", () => {
   measure();
 });
 at("length").addEventListener("input", measure);
-at("keep").addEventListener("click", () => {
-  const ratio = window.devicePixelRatio;
-  const sides = [screen.width * ratio, screen.height * ratio].map(Math.round);
+// The screen's own pixels: counted where the page fills it, else as the browser rounds them.
+async function screenSides() {
+  await fillScreen();
+  await new Promise((done) => setTimeout(done, 300));
+  const ratio = window.devicePixelRatio, down = (a, b) => b - a;
+  const told = [screen.width * ratio, screen.height * ratio].sort(down);
+  const counted = [...viewPx()].sort(down);
+  return counted.every((px, i) => Math.abs(px - told[i]) < ratio) ? counted : told.map(Math.round);
+}
+at("keep").addEventListener("click", async () => {
+  const sides = await screenSides();
   send({ t: "panel", width: Math.max(...sides), height: Math.min(...sides), pitch_um: measure() });
 });
 
@@ -389,12 +473,22 @@ function watchBox() {
     if (box && !canvas.hidden) state.boxPx = [box[0].inlineSize, box[0].blockSize];
     if (state.begun) check();
   });
-  try { observer.observe(canvas, { box: "device-pixel-content-box" }); } catch { /* not every browser has it */ }
+  const screenful = new ResizeObserver((entries) => {
+    const box = entries[0].devicePixelContentBoxSize;
+    state.viewPx = box ? [box[0].inlineSize, box[0].blockSize] : null;
+    check();
+  });
+  try {
+    observer.observe(canvas, { box: "device-pixel-content-box" });
+    screenful.observe(at("grey"), { box: "device-pixel-content-box" });
+  } catch { /* not every browser has it */ }
 }
 
 for (const event of ["resize", "orientationchange", "fullscreenchange"]) {
   window.addEventListener(event, () => { if (state.isOpen) hello(); check(); });
 }
+// A pinch is no resize of the window.
+if (window.visualViewport) window.visualViewport.addEventListener("resize", check);
 watchBox();
 connect();
 check();

@@ -128,7 +128,10 @@ def serve(
 def _told_to_stop() -> Iterator[Callable[[], bool]]:
     """Whether Ctrl-C or a signal to end came; both do what they did before when this is over."""
     told = threading.Event()
-    numbers = (signal.SIGINT, signal.SIGTERM)
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    hang_up = getattr(signal, "SIGHUP", None)
+    if hang_up and signal.getsignal(hang_up) != signal.SIG_IGN:  # nohup stays nohup
+        numbers.append(hang_up)
     before = [signal.signal(number, lambda *_: told.set()) for number in numbers]
     try:
         yield told.is_set

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import ipaddress
 import socket
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from vrlf.errors import InputError
 
 LOOPBACK = "127.0.0.1"
 _BACKLOG = 128
+_USUAL_PORTS = {"http": 80, "https": 443}
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,14 @@ def _of_this_machine() -> set[str]:
     except OSError:
         return set()
     return {str(each[4][0]) for each in found}
+
+
+def hosts(names: Iterable[str], port: int, scheme: str) -> frozenset[str]:
+    """What a browser may send as Host: without the port where it is the scheme's own."""
+    is_usual = port == _USUAL_PORTS[scheme]
+    found = [in_address(name.lower(), port) for name in names]
+    bare = [each.rpartition(":")[0] for each in found] if is_usual else []
+    return frozenset((*found, *bare))
 
 
 def in_address(host: str, port: int) -> str:

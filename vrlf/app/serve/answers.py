@@ -10,14 +10,14 @@ from websockets.http11 import Response
 from vrlf.app.serve.page import page_headers
 
 
-def header_lists(headers: Headers) -> dict[str, list[str]]:
-    """All values of each header, by its name in lower case."""
+def lists(headers: Headers) -> dict[str, list[str]]:
+    """All values of each header, by its lower-case name."""
     names = {name.lower() for name in headers}
     return {name: headers.get_all(name) for name in names}
 
 
 def answer(status: HTTPStatus, body: bytes, kind: str) -> Response:
-    """A whole answer; the connection closes after it."""
+    """With the headers of every answer; the connection ends with it."""
     headers = Headers(
         [
             *page_headers(),

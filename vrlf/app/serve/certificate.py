@@ -73,6 +73,20 @@ def fingerprint(cert: Path) -> str:
     return found.fingerprint(SHA256()).hex(":").upper()
 
 
+def names_of(cert: Path) -> tuple[str, ...]:
+    """The host names that a certificate is for; none where it or the library says nothing."""
+    if importlib.util.find_spec("cryptography") is None:
+        return ()
+    from cryptography import x509
+
+    try:
+        found = x509.load_pem_x509_certificate(cert.read_bytes())
+        there = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    except (OSError, ValueError, x509.ExtensionNotFound):
+        return ()
+    return tuple(name for name in there.get_values_for_type(x509.DNSName) if "*" not in name)
+
+
 def _serves(cert: Path, key: Path, wanted: frozenset[str]) -> bool:
     """Whether what lies there is ours, for all of these names, and still good."""
     _require()

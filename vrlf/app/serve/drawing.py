@@ -24,6 +24,7 @@ from vrlf.files import check_target, shown
 from vrlf.gpu import Device, Texture
 from vrlf.model import Rig, rig_from_tables
 from vrlf.model.saving import new_rig_file
+from vrlf.optics.viewport import SIDES, pitch_mm, viewport
 from vrlf.renderer.live import Live
 from vrlf.scene import HeadPose
 
@@ -31,6 +32,7 @@ from vrlf.scene import HeadPose
 _RAYS = 8
 _LOST_AFTER = 3
 _STROLL_S = 0.1
+_WORDS_HALF = 0.11  # as phone.css has it, in shares of the panel
 _WALKING = frozenset({"walk_ahead", "walk_left", "walk_back", "walk_right"})
 # On a phone there is nothing to do for these.
 _NOT_HERE: Final[Mapping[str, str]] = {
@@ -41,6 +43,13 @@ _NOT_HERE: Final[Mapping[str, str]] = {
                      "view_difference", "view_compare", "view_wall"),
                     "that key is for the window of vrlf preview"),
 }  # fmt: skip
+
+
+def lens_axes(rig: Rig) -> tuple[float, float]:
+    """Where the lenses' axes meet the panel, in shares of its width; words there stay whole."""
+    width_mm = rig.panel.width_px * pitch_mm(rig)
+    left, right = (0.5 + viewport(rig, side).axis_mm[0] / width_mm for side in SIDES)
+    return max(left, _WORDS_HALF), min(right, 1.0 - _WORDS_HALF)
 
 
 class Drawing:
@@ -108,7 +117,8 @@ class Drawing:
     def _reload(self) -> None:
         rig = self._files.load()
         if (rig.panel.width_px, rig.panel.height_px) != self.size_px:
-            raise InputError("the rig has another panel now: start vrlf serve again")
+            # Phones were let in, and the memory was made, for the panel that there is.
+            raise InputError("the rig's panel has other pixels now: start vrlf serve again")
         self.session = as_loaded(self.session, rig)
 
     def _seek(self, time_s: float) -> None:
@@ -121,6 +131,10 @@ class Drawing:
     def prompts(self) -> tuple[str, str]:
         """For each eye its prescription, marked where keys change it."""
         return eye_words(self.session)
+
+    def axes(self) -> tuple[float, float]:
+        """Where each lens's axis meets the panel, in shares of its width: words stand there."""
+        return lens_axes(self.session.rig)
 
     # Frames
 
@@ -169,7 +183,9 @@ class Drawing:
             raise DeviceError(
                 f"GPU: found its context lost ({self.fault}), wanted it to stay"
             ) from error
-        level = self._fade.step(passed_s, is_faulty=True)
+        before, level = self._fade.level, self._fade.step(passed_s, is_faulty=True)
+        if before == level:  # grey already
+            return None
         return None if self._held is None else faded(self._held, level)
 
     def _is_lost(self) -> bool:

@@ -52,6 +52,9 @@ class Shows(Protocol):
     def prompts(self) -> tuple[str, str]:
         """What to say before each eye."""
 
+    def axes(self) -> tuple[float, float]:
+        """Where each lens's axis meets the panel, in shares of its width."""
+
     def write_panel(self, measured: Measured) -> str:
         """Write a rig with the panel that was measured; what to say of it."""
 
@@ -86,13 +89,17 @@ class Broadcast:
         self._told_fault = ""
         self.phones = 0
         self.link_ms: dict[str, float] = {}
-        self._server.start()
-        far.close()
-        for each in (theirs, *listening):
-            each.close()
-        if not self._is_serving():
+        try:
+            self._server.start()
+            far.close()
+            for each in (theirs, *listening):
+                each.close()
+            if not self._is_serving():
+                raise DeviceError("serve: found its server's process not starting, wanted it to")
+        except BaseException:
             self.release()
-            raise DeviceError("serve: found its server's process not starting, wanted it to")
+            raise
+        self._slots.forget_name()
 
     def _is_serving(self) -> bool:
         try:
@@ -118,7 +125,7 @@ class Broadcast:
     def turn(self, now_s: float, passed_s: float) -> None:
         """Hear the phones, draw a frame, send it if it is another one."""
         if not self._server.is_alive():
-            raise DeviceError("serve: found its server's process gone, wanted it to stay")
+            raise _gone()
         self._hear()
         self._slots.beat()
         codes = self._drawing.frame(self._head(), passed_s)
@@ -131,7 +138,7 @@ class Broadcast:
         stamp = Stamp(self._number, size, sensor_ms, heard_s, now_s, time.monotonic())
         self._slots.put(codes, stamp)
         self._heard = None
-        with suppress(BlockingIOError):
+        with suppress(OSError):  # full: it is rung already; broken: the next turn says so
             self._bell.send(b".")
 
     def _head(self) -> HeadPose:
@@ -148,9 +155,7 @@ class Broadcast:
             try:
                 item = self._pipe.recv()
             except (EOFError, OSError) as error:
-                raise DeviceError(
-                    "serve: found its server's process gone, wanted it to stay"
-                ) from error
+                raise _gone() from error
             self._take(item)
 
     def _take(self, item: Any) -> None:
@@ -189,8 +194,16 @@ class Broadcast:
         """To every phone, before each eye; and to the terminal if somebody may want to read it."""
         left, right = self._drawing.prompts()
         lines = [f"{each}\n{message}" if message else each for each in (left, right)]
-        given = {"left": lines[0], "right": lines[1], "latency": self._drawing.has_latency}
-        self._pipe.send(("say", given))
+        given = {
+            "left": lines[0],
+            "right": lines[1],
+            "axes": self._drawing.axes(),
+            "latency": self._drawing.has_latency,
+        }
+        try:
+            self._pipe.send(("say", given))
+        except OSError as error:
+            raise _gone() from error
         if aloud:
             say(message)
 
@@ -204,9 +217,13 @@ class Broadcast:
         """End the server's process and give the memory back; the second call does nothing."""
         self._pipe.close()
         self._bell.close()
-        if self._server.is_alive() or self._server.pid:
+        if self._server.pid:
             self._server.join(3.0)
             if self._server.is_alive():
                 self._server.kill()
                 self._server.join()
         self._slots.release()
+
+
+def _gone() -> DeviceError:
+    return DeviceError("serve: found its server's process gone, wanted it to stay")

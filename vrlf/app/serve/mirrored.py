@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vrlf.app.encoder import Encoder
 from vrlf.app.preview.loop import Preview
 from vrlf.app.preview.session import Session
-from vrlf.app.serve.drawing import eye_words, write_panel
+from vrlf.app.serve.drawing import eye_words, lens_axes, write_panel
 from vrlf.app.serve.wire import Measured
 from vrlf.gpu import Device
 from vrlf.scene import HeadPose
@@ -63,6 +63,10 @@ class Mirrored:
     def prompts(self) -> tuple[str, str]:
         """For each eye its prescription."""
         return eye_words(self.session)
+
+    def axes(self) -> tuple[float, float]:
+        """Where each lens's axis meets the panel, in shares of its width: words stand there."""
+        return lens_axes(self.session.rig)
 
     def write_panel(self, measured: Measured) -> str:
         """Write a rig with the panel that was measured; what to say of it."""

@@ -32,14 +32,12 @@ class Phone:
     ready: asyncio.Event = field(default_factory=asyncio.Event)
 
 
-def make_room(phones: list[Phone]) -> None:
-    """Let the one go that has shown nothing for longest; it leaves the list itself."""
+def makes_room(phones: list[Phone]) -> bool:
+    """Let the one go that has shown nothing for longest, unless all are lively."""
     if len(phones) < MOST_PHONES:
-        return
-    now_s = time.monotonic()
-
-    def liveliness(phone: Phone) -> tuple[bool, float]:
-        shown_s = phone.shown_s
-        return shown_s is not None and now_s - shown_s < _LIVELY_S, shown_s or phone.came_s
-
-    min(phones, key=liveliness).socket.transport.abort()
+        return True
+    least_s = time.monotonic() - _LIVELY_S
+    silent = [each for each in phones if each.shown_s is None or each.shown_s < least_s]
+    if silent:  # it leaves the list itself
+        min(silent, key=lambda each: each.shown_s or each.came_s).socket.transport.abort()
+    return bool(silent)

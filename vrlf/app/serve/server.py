@@ -28,15 +28,17 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from vrlf.app.serve.answers import answer, header_lists
+from vrlf.app.serve.answers import answer, lists
 from vrlf.app.serve.certificate import tls_context
 from vrlf.app.serve.door import Allowance, Door, Patience, Refusal
+from vrlf.app.serve.gate import Gate
 from vrlf.app.serve.page import page
-from vrlf.app.serve.phones import Phone, make_room
+from vrlf.app.serve.phones import Phone, makes_room
 from vrlf.app.serve.slots import Slots
 from vrlf.app.serve.wire import (
     ENCODINGS,
     MOST_MESSAGE_BYTES,
+    Beat,
     Hello,
     Link,
     MessageError,
@@ -47,7 +49,6 @@ from vrlf.app.serve.wire import (
     message_of,
 )
 
-MOST_CONNECTIONS: Final = 256
 # Frames on their way to a phone: one over the link while another is being put on the canvas.
 _ON_THE_WAY: Final = 2
 _MESSAGES_A_SECOND, _MESSAGES_SAVED = 250.0, 500.0
@@ -56,6 +57,7 @@ _OPENING_S, _STALLED_S = 5.0, 10.0
 _MOST_WAITING: Final = 64
 # A drawing process that has said nothing for so long is held for stuck.
 _STUCK_S: Final = 1.0
+_BEAT: Final = json.dumps({"t": "beat"})
 
 
 @dataclass(frozen=True)
@@ -73,8 +75,6 @@ class Plan:
         For TLS.
     encodings : tuple of str
         Of ``wire.ENCODINGS``; of several the faster one is chosen for each phone.
-    axes : (left, right)
-        Where the eyes' axes meet the panel, shares of its width: words are put there.
     """
 
     door: Door
@@ -84,15 +84,16 @@ class Plan:
     cert: Path | None = None
     key: Path | None = None
     encodings: tuple[str, ...] = ENCODINGS
-    axes: tuple[float, float] = (0.25, 0.75)
 
 
 def run_server(
     plan: Plan, listening: list[socket.socket], bell: socket.socket, pipe: Connection
 ) -> None:
     """The process's whole life; ends when the other end of the pipe does."""
-    # Ctrl-C is the drawing process's to hear; it closes the pipe.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Ctrl-C and a terminal's end are the drawing process's to hear; it closes the pipe.
+    for name in ("SIGINT", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     logging.getLogger("websockets").setLevel(logging.CRITICAL)
     with contextlib.suppress(OSError, ValueError):
         _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -101,40 +102,17 @@ def run_server(
         asyncio.run(Server(plan, slots, bell, pipe).run(listening))
 
 
-class Guarded(ServerConnection):
-    """A connection that is dropped at once where there are too many."""
-
-    is_refused = False
-    guard: Server
-
-    def connection_made(self, transport: Any) -> None:
-        """Count it in, or drop it unanswered."""
-        self.is_refused = not self.guard.takes_connection()
-        if self.is_refused:
-            transport.abort()
-            return
-        super().connection_made(transport)
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        """Count it out."""
-        if self.is_refused:
-            return
-        self.guard.connections -= 1
-        super().connection_lost(exc)
-
-
 class Server:
     """Owns the phones' sockets; the slots and the pipe are its maker's."""
 
     def __init__(self, plan: Plan, slots: Slots, bell: socket.socket, pipe: Connection) -> None:
         self._plan, self._slots, self._bell, self._pipe = plan, slots, bell, pipe
-        self.connections = 0
         self._phones: list[Phone] = []
         self._patience = Patience()
         self._said: dict[str, Any] = {}
-        self._panel_px = plan.panel_px
         self._waiting: asyncio.Queue[Any] = asyncio.Queue(_MOST_WAITING)
-        self._turn: Turn | None = None
+        self._turn: tuple[Turn, float] | None = None
+        self._turner: Phone | None = None
         self._has_turn = asyncio.Event()
         self._newest: tuple[Any, bytes] | None = None
         self._packed: dict[str, asyncio.Task[tuple[bytes, float]]] = {}
@@ -147,7 +125,6 @@ class Server:
         loop = asyncio.get_running_loop()
         plan = self._plan
         tls = tls_context(plan.cert, plan.key) if plan.cert and plan.key else None
-        kind = type("Guarded", (Guarded,), {"guard": self})
         loop.add_reader(self._bell.fileno(), self._ring)
         loop.add_reader(self._pipe.fileno(), self._hear)
         async with contextlib.AsyncExitStack() as open_:
@@ -155,10 +132,10 @@ class Server:
                 await open_.enter_async_context(
                     serve(
                         self._phone,
-                        sock=sock,
+                        sock=Gate(sock),
                         ssl=tls,
+                        ssl_handshake_timeout=_OPENING_S if tls else None,
                         process_request=self._request,
-                        create_connection=kind,
                         compression=None,
                         max_size=MOST_MESSAGE_BYTES,
                         max_queue=4,
@@ -177,18 +154,11 @@ class Server:
                 task.cancel()
         self._threads.shutdown(wait=False, cancel_futures=True)
 
-    def takes_connection(self) -> bool:
-        """Count a connection in, if there is room for it."""
-        if self.connections >= MOST_CONNECTIONS:
-            return False
-        self.connections += 1
-        return True
-
     # Requests
 
     def _request(self, connection: ServerConnection, request: Request) -> Response | None:
         """The page, leave to open the socket, or a refusal that says next to nothing."""
-        headers = header_lists(request.headers)
+        headers = lists(request.headers)
         found = self._plan.door.admits(request.path, headers)
         if found == "socket":
             return None
@@ -204,7 +174,9 @@ class Server:
 
     async def _phone(self, connection: ServerConnection) -> None:
         phone = Phone(connection, Link(self._plan.encodings))
-        make_room(self._phones)
+        if not makes_room(self._phones):
+            await connection.close(1013, "full")
+            return
         self._phones.append(phone)
         sending = asyncio.create_task(self._send_frames(phone))
         try:
@@ -214,6 +186,8 @@ class Server:
         finally:
             sending.cancel()
             self._phones.remove(phone)
+            if self._turner is phone:
+                self._turner = None
             self._tell(("phones", len(self._phones)))
 
     async def _listen(self, phone: Phone) -> None:
@@ -233,35 +207,41 @@ class Server:
     async def _greet(self, phone: Phone, message: Any) -> None:
         if not isinstance(message, Hello):
             raise MessageError("wanted hello first")
-        long, short = sorted(self._panel_px, reverse=True)
-        phone.fits = message.device_px == (long, short)
-        told = {
-            "t": "rig",
-            "width": self._panel_px[0],
-            "height": self._panel_px[1],
-            "fits": phone.fits,
-            "screen": list(message.device_px),
-            "axes": self._plan.axes,
-        }
-        await phone.socket.send(json.dumps(told))
+        width, height = self._plan.panel_px
+        phone.fits = message.may_have(width, height)
+        phone.link.can_inflate = message.can_inflate
+        await phone.socket.send(
+            json.dumps({"t": "rig", "width": width, "height": height,
+                        "fits": phone.fits, "screen": list(message.device_px)})
+        )  # fmt: skip
         if self._said:
             await phone.socket.send(json.dumps(self._said))
         self._tell(("hello", message.device_px, phone.fits, len(self._phones)))
         phone.ready.set()
 
     async def _take(self, phone: Phone, message: Any) -> None:
-        if isinstance(message, Hello):  # the screen turned, or its pixels changed
+        if isinstance(message, Beat):
+            if not phone.on_the_way:
+                phone.shown_s = time.monotonic()
+            # Behind a frame it would say nothing that the frame does not.
+            if not phone.socket.transport.get_write_buffer_size():
+                await phone.socket.send(_BEAT)
+        elif isinstance(message, Hello):  # the screen turned, or its pixels changed
             await self._greet(phone, message)
         elif isinstance(message, Shown):
             sent = phone.on_the_way.pop(message.number, None)
             if sent is not None:
                 phone.shown_s = time.monotonic()
                 phone.link.took(sent[0], 1e3 * (time.monotonic() - sent[1]))
-            if message.photon_ms is not None:
+            # By another phone's clock the sensor's time says nothing.
+            is_known = sent is not None and phone is self._turner
+            # A key must not be lost for it.
+            has_room = self._waiting.qsize() < _MOST_WAITING // 2
+            if message.photon_ms is not None and is_known and has_room:
                 self._tell(("photon", message.photon_ms, dict(phone.link.milliseconds)))
             phone.ready.set()
         elif isinstance(message, Turn):
-            self._turn = message
+            self._turn, self._turner = (message, time.monotonic()), phone
             self._has_turn.set()
         else:
             self._tell(message)
@@ -310,6 +290,8 @@ class Server:
         with contextlib.suppress(BlockingIOError):
             while self._bell.recv(4096):
                 pass
+            self._end()
+            return
         self._newest, self._packed = self._slots.newest(), {}
         for phone in self._phones:
             phone.ready.set()
@@ -320,12 +302,16 @@ class Server:
                 kind, given = self._pipe.recv()
                 if kind == "say":
                     self._said = {"t": "say", **given}
-                    self._start(self._broadcast(self._said))
-                elif kind == "panel":
-                    self._panel_px = tuple(given)
-                    self._start(self._broadcast({"t": "again"}))
+                    self._broadcast(self._said)
         except (EOFError, OSError):
-            self._over.set()
+            self._end()
+
+    def _end(self) -> None:
+        """The drawing process is gone; its closed ends would ring without pause."""
+        loop = asyncio.get_running_loop()
+        loop.remove_reader(self._bell.fileno())
+        loop.remove_reader(self._pipe.fileno())
+        self._over.set()
 
     def _start(self, work: Coroutine[Any, Any, None]) -> None:
         """Run it; the loop itself would forget what nobody holds."""
@@ -333,13 +319,12 @@ class Server:
         self._running.add(task)
         task.add_done_callback(self._running.discard)
 
-    async def _broadcast(self, message: dict[str, Any]) -> None:
+    def _broadcast(self, message: dict[str, Any]) -> None:
+        """To every phone, none of which waits for another."""
         text = json.dumps(message)
-        for phone in list(self._phones):
+        for phone in self._phones:
             if phone.socket.transport.get_write_buffer_size() < 1 << 20:
-                with contextlib.suppress(ConnectionClosed):
-                    async with asyncio.timeout(0.5):
-                        await phone.socket.send(text)
+                self._start(_sent(phone, text))
 
     def _tell(self, item: Any) -> None:
         """Hand something on; where the other end has not listened for long, the oldest goes."""
@@ -355,7 +340,7 @@ class Server:
             self._has_turn.clear()
             while not self._waiting.empty() or self._turn is not None:
                 if self._waiting.empty():
-                    item, self._turn = (self._turn, time.monotonic()), None
+                    item, self._turn = self._turn, None
                 else:
                     item = self._waiting.get_nowait()
                 try:
@@ -373,8 +358,14 @@ class Server:
             is_stuck = now_s - self._slots.beat_s > _STUCK_S
             if is_stuck != was_stuck:
                 was_stuck = is_stuck
-                await self._broadcast({"t": "held" if is_stuck else "going"})
+                self._broadcast({"t": "held" if is_stuck else "going"})
             for phone in list(self._phones):
                 waits = [began_s for _, began_s in phone.on_the_way.values()]
                 if waits and now_s - min(waits) > _STALLED_S:
                     phone.socket.transport.abort()
+
+
+async def _sent(phone: Phone, text: str) -> None:
+    with contextlib.suppress(ConnectionClosed, TimeoutError):
+        async with asyncio.timeout(0.5):
+            await phone.socket.send(text)

@@ -89,6 +89,8 @@ class Slots:
         codes : ndarray, shape (height, width, 3)
         stamp : Stamp
         """
+        if codes.size > 3 * self.most_pixels:  # it would run over into the next slot
+            raise ValueError(f"found {codes.size} bytes, wanted at most {3 * self.most_pixels}")
         newest, _, frames = _HEAD.unpack_from(self._buffer, 0)
         slot = (newest + 1) % _SLOTS
         start = self._start(slot)
@@ -132,12 +134,16 @@ class Slots:
     def _start(self, slot: int) -> int:
         return _SLOT_BYTES + slot * self._slot_bytes
 
-    def release(self) -> None:
-        """Give the memory back; the owner's leaves the system."""
-        self._memory.close()
+    def forget_name(self) -> None:
+        """Once the other process has it open: whoever is killed then, nothing stays behind."""
         if self._is_owner:
             self._memory.unlink()
             self._is_owner = False
+
+    def release(self) -> None:
+        """Give the memory back; the owner's leaves the system."""
+        self._memory.close()
+        self.forget_name()
 
     def __enter__(self) -> Self:
         return self

@@ -9,13 +9,12 @@ from pathlib import Path
 import segno
 
 from vrlf.app.preview.state import state_folder
-from vrlf.app.serve.address import addresses, in_address, listen
-from vrlf.app.serve.certificate import fingerprint, own_certificate, tls_context
+from vrlf.app.serve.address import LOOPBACK, addresses, hosts, in_address, listen
+from vrlf.app.serve.certificate import fingerprint, names_of, own_certificate, tls_context
 from vrlf.app.serve.door import Door, new_token
 from vrlf.app.serve.server import Plan
 from vrlf.app.serve.wire import ENCODINGS
 from vrlf.model import Rig
-from vrlf.optics.viewport import axis_in_viewport_px, viewport
 
 
 class Where:
@@ -35,11 +34,13 @@ class Where:
                 tls_context(*self._files)  # a wrong one is said now
             self._is_own = cert is None
             scheme = "https" if self._files else "http"
-            hosts = frozenset(in_address(each, self.port).lower() for each in found.all)
-            if cert is not None:  # whatever name the certificate is for
-                hosts |= {in_address(host, self.port)}
-            self.door = Door(new_token(), hosts, scheme)
-            self.url = f"{scheme}://{in_address(found.best, self.port)}{self.door.path}"
+            # Their own certificate is for a name, and that is what the phone must ask for.
+            named = names_of(self._files[0]) if self._files and cert is not None else ()
+            known = hosts((*found.all, *named), self.port, scheme)
+            self.door = Door(new_token(), known, scheme)
+            best = named[0] if named else found.best
+            self.url = f"{scheme}://{in_address(best, self.port)}{self.door.path}"
+            self.is_stranded = not found.is_loopback and best == LOOPBACK
         except BaseException:
             self.socket.close()
             raise
@@ -51,8 +52,8 @@ class Where:
             cert, key = self._files or (None, None)
             encodings = ENCODINGS if encoding == "auto" else (encoding,)
             panel_px = rig.panel.width_px, rig.panel.height_px
-            door, axes = self.door, eye_axes(rig)
-            return Plan(door, slots_name, most_pixels, panel_px, cert, key, encodings, axes)
+            door = self.door
+            return Plan(door, slots_name, most_pixels, panel_px, cert, key, encodings)
 
         return plan
 
@@ -63,6 +64,8 @@ class Where:
             found.append(
                 f"the phone warns once of this certificate, SHA-256 {fingerprint(self._files[0])}"
             )
+        if self.is_stranded:
+            found.append("found no way into a network: no phone reaches this address")
         if has_qr:
             text = io.StringIO()
             segno.make(self.url, micro=False).terminal(out=text, compact=True)
@@ -77,11 +80,3 @@ class Where:
     def close(self) -> None:
         """Give the socket back."""
         self.socket.close()
-
-
-def eye_axes(rig: Rig) -> tuple[float, float]:
-    """Where the eyes' axes meet the panel, shares of its width; well within each eye's half."""
-    view = viewport(rig, "left")
-    share = float(axis_in_viewport_px(rig, view)[0]) / rig.panel.width_px
-    left = min(max(share, 0.12), 0.38)
-    return left, 1.0 - left

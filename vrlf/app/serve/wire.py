@@ -43,16 +43,28 @@ class Hello:
         Of the whole screen, in the page's pixels.
     ratio : float
         Device pixels for each of those.
+    can_inflate : bool
+        Whether it unpacks ``DEFLATE``.
     """
 
     css_px: tuple[float, float]
     ratio: float
+    can_inflate: bool = True
 
     @property
     def device_px(self) -> tuple[int, int]:
-        """The screen's own pixels, the long side first."""
+        """About the screen's own pixels, the long side first."""
         sides = sorted((round(side * self.ratio) for side in self.css_px), reverse=True)
         return sides[0], sides[1]
+
+    def may_have(self, width_px: int, height_px: int) -> bool:
+        """Whether this may be a screen of so many pixels, however it is turned.
+
+        Browsers tell whole pixels of the page, rounded or upward: 1080 by 2400 at a ratio of 2.625
+        is told as 412 by 915. The page itself measures exactly, once it fills the screen.
+        """
+        sides = zip(sorted(self.css_px), sorted((width_px, height_px)), strict=True)
+        return all(abs(css * self.ratio - px) < self.ratio for css, px in sides)
 
 
 @dataclass(frozen=True)
@@ -96,7 +108,12 @@ class Measured:
     pixel_pitch_um: float
 
 
-Message = Hello | Shown | Turn | Pressed | Measured
+@dataclass(frozen=True)
+class Beat:
+    """Asks whether somebody is there; is answered."""
+
+
+Message = Hello | Shown | Turn | Pressed | Measured | Beat
 
 
 def message_of(text: str | bytes) -> Message:
@@ -141,7 +158,7 @@ def _whole(found: Mapping[str, Any], key: str, least: int, most: int) -> int:
 
 def _hello(found: Mapping[str, Any]) -> Hello:
     css = _number(found, "width", 1, 32768), _number(found, "height", 1, 32768)
-    return Hello(css, _number(found, "ratio", 0.1, 16))
+    return Hello(css, _number(found, "ratio", 0.1, 16), found.get("inflates", True) is True)
 
 
 def _shown(found: Mapping[str, Any]) -> Shown:
@@ -175,6 +192,7 @@ _READERS: Final[Mapping[str, Callable[[Mapping[str, Any]], Message]]] = {
     "turn": _turn,
     "key": _pressed,
     "panel": _measured,
+    "beat": lambda _: Beat(),
 }
 
 
@@ -209,9 +227,12 @@ class Link:
         self._encodings = encodings
         self._ms: dict[str, float] = {}
         self._sent = 0
+        self.can_inflate = True
 
     def choose(self) -> str:
         """The encoding of the next frame."""
+        if not self.can_inflate:
+            return RAW
         self._sent += 1
         untried = [each for each in self._encodings if each not in self._ms]
         if untried:
