@@ -18,6 +18,11 @@ def test_it_says_what_a_tolerance_gains_and_costs() -> None:
     # Corrected is sharper than bare where nothing is off, and only what was solved took time.
     assert results["plain"]["nominal_db"] > results["bare"]["nominal_db"] + 3.0
     assert results["tolerant"]["nominal_db"] > results["bare"]["nominal_db"] + 3.0
+    (gain,) = outcome.json()["gains"]
+    plain, tolerant = results["plain"], results["tolerant"]
+    assert gain["cost_db"] == plain["nominal_db"] - tolerant["nominal_db"]
+    assert gain["mean_db"] == tolerant["mean_db"] - plain["mean_db"]
+    assert gain["worst_db"] == tolerant["worst_db"] - plain["worst_db"]
     assert results["bare"]["ms"] is None
     assert results["plain"]["ms"] > 0.0
 
