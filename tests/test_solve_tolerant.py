@@ -178,12 +178,15 @@ def test_it_serves_cases_that_it_did_not_solve_for(
     renderer: GpuRenderer, panels: dict[str, NDArray[Any]]
 ) -> None:
     found = {name: off_db(renderer, panel, others()) for name, panel in panels.items()}
-    print({k: (v.mean(), v.min()) for k, v in found.items()})
     plain, tolerant, twin = (found[name] for name in ("plain", "tolerant", "twin"))
-    assert tolerant.mean() > plain.mean()
-    assert tolerant.min() > plain.min() + 0.5
+    # Measured 28.5 against 27.9 dB on average and 25.2 against 24.5 at worst: 65 pixels of a face
+    # are so sharp a picture that a plain solution stopped after 16 steps is a good one.
+    assert tolerant.mean() > plain.mean() + 0.3
+    assert tolerant.min() > plain.min() + 0.4
+    # The float64 least squares: measured 29.1 and 25.6. Tables by phase and their cuts lose 0.2 dB
+    # of 28 on 110 pixels an eye; on so small a picture 0.6.
     assert tolerant.mean() > twin.mean() - 0.8
-    assert tolerant.min() > twin.min() - 0.8
+    assert tolerant.min() > twin.min() - 0.7
 
 
 def test_where_nothing_is_off_the_plain_one_is_sharper(
