@@ -110,9 +110,8 @@ def applied(renderer: GpuRenderer, given: Rig, light: NDArray[np.float32]) -> di
 
 
 # Root mean square of what a table's product with noise is off its twin's, over its light: rows
-# have few rays, P's and V's faint entries are cut, and phases are coarse: measured up to 0.055
-# (full), 0.07 (stripes), 0.115 (PenTile, whose rows have the fewest phases for V). Where the cases' lattices
-# are moved the wrong way 0.7 of P'P and 0.5 of P', where not at all 0.4 and 0.3.
+# have few rays, P's and V's faint entries are cut, and phases are coarse. Measured up to 0.055
+# (full), 0.07 (stripes) and 0.115 (PenTile); 1.1 where lattices are moved the wrong way.
 @pytest.mark.parametrize(
     ("layout", "array", "most"),
     [("full", WIDE, 0.08), ("rgb-stripe", ARRAY, 0.1), ("pentile-rgbg", ARRAY, 0.16)],
