@@ -59,6 +59,8 @@ Retina of_phase(int row) {
     pixel = ivec2(row / of_place % PERIOD_X, row / of_place / PERIOD_X);
 #endif
     vec2 place = vec2(phase % phases_a_side, phase / phases_a_side) / float(phases_a_side) - 0.5;
+    place -= moved_cells;
+    place -= floor(place + 0.5);
     Retina at;
     at.pixel = pixel;
     at.eye = eye;

@@ -18,7 +18,7 @@ from vrlf.model import Rig, Tolerance
 from vrlf.optics.eye import eye_optics
 from vrlf.optics.tolerance import cases_of
 from vrlf.optics.viewport import SIDES, viewport
-from vrlf.reference.optimal import Many, optimal
+from vrlf.reference.optimal import Many, descend
 from vrlf.renderer import GpuRenderer
 from vrlf.solve import Memory, Optimal, OptimalTables
 
@@ -109,13 +109,12 @@ def applied(renderer: GpuRenderer, given: Rig, light: NDArray[np.float32]) -> di
             item.release()
 
 
-# Root mean square of what a table's product with noise is off its twin's, over its light. 1 % of
-# P'P is cut off, rows have few rays, and phases are coarse: with 40, 80, 160 a side 0.16, 0.09,
-# 0.07 of P'P and 0.03, 0.02, 0.02 of P' (full). 0.14 with stripes, 0.29 with PenTile. Where the
-# cases' lattices are moved the wrong way 0.73 and 0.51, where not at all 0.39 and 0.26.
+# Root mean square of what a table's product with noise is off its twin's, over its light: rows
+# have few rays, P's and V's faint entries are cut, and phases are coarse. Measured up to 0.055
+# (full), 0.07 (stripes) and 0.115 (PenTile); 1.1 where lattices are moved the wrong way.
 @pytest.mark.parametrize(
     ("layout", "array", "most"),
-    [("full", WIDE, 0.12), ("rgb-stripe", ARRAY, 0.2), ("pentile-rgbg", ARRAY, 0.36)],
+    [("full", WIDE, 0.08), ("rgb-stripe", ARRAY, 0.1), ("pentile-rgbg", ARRAY, 0.16)],
 )
 def test_the_tables_are_the_means_of_the_cases_operators(
     renderer: GpuRenderer, layout: str, array: dict[str, Any], most: float
@@ -135,49 +134,69 @@ def test_the_tables_are_the_means_of_the_cases_operators(
             assert off.mean() == pytest.approx(0.0, abs=0.03 * light_there)
 
 
-def perceived_error(renderer: GpuRenderer, panel: NDArray[Any], given: Rig) -> list[float]:
-    """Mean squared error of the left eye in each of the cases."""
-    target, errors = photograph(), []
-    for case in cases_of(given):
-        seen = renderer.perceive(panel, case.rig, rays=256)
-        difference = (seen - target)[INNER]
-        errors.append(float(np.mean(difference**2)))
-    return errors
+MANY = OFF.model_copy(update={"draws": 12})
+# Fewer rays than judge, and than the GPU's rows have in all: so many cases make up for it.
+TWIN_RAYS = 64
 
 
-def psnr_db(errors: list[float]) -> float:
-    return float(-10.0 * np.log10(np.mean(errors)))
+def by_twin(given: Rig) -> NDArray[np.float32]:
+    """What the left eye is shown by a float64 least squares over the cases."""
+    shown = np.zeros((SIZE[1], SIZE[0], 3), np.float32)
+    columns = viewport(given, "left").columns
+    meant = photograph()[:, columns].astype(np.float64)
+    shown[:, columns] = descend(Many(cases_of(given), "left", TWIN_RAYS), meant, 16)
+    return shown
 
 
-def test_it_serves_its_worst_case_better(renderer: GpuRenderer) -> None:
-    given = tolerant_rig()
-    plain = given.model_copy(update={"tolerance": None})
-    tolerant_panel = renderer.prefilter(photograph(), given)
-    plain_panel = renderer.prefilter(photograph(), plain)
-    served = perceived_error(renderer, tolerant_panel, given)
-    before = perceived_error(renderer, plain_panel, given)
-    # Measured 27.0 against 25.7 dB; where nothing is off the plain one is the better.
-    assert psnr_db([max(served)]) > psnr_db([max(before)]) + 0.8
-    sharp = [
-        float(np.mean((renderer.perceive(panel, plain) - photograph())[INNER] ** 2))
-        for panel in (tolerant_panel, plain_panel)
-    ]
-    assert sharp[0] > sharp[1]
+@pytest.fixture(scope="module")
+def panels(renderer: GpuRenderer) -> dict[str, NDArray[Any]]:
+    """What is shown of the photograph without and with the tolerance, and by the twin of that."""
+    given = tolerant_rig(tolerance=MANY)
+    return {
+        "plain": renderer.prefilter(photograph(), given.model_copy(update={"tolerance": None})),
+        "tolerant": renderer.prefilter(photograph(), given),
+        "twin": by_twin(given),
+    }
 
 
-def test_it_is_nearly_as_good_as_its_twin(renderer: GpuRenderer) -> None:
-    given = tolerant_rig()
-    by_twin = optimal(photograph().astype(np.float64), given, 256).astype(np.float32)
-    by_gpu = renderer.prefilter(photograph(), given)
-    found, wanted = (perceived_error(renderer, each, given) for each in (by_gpu, by_twin))
-    # Its tables have 80 phases along a cell, where one case alone has 192, and are cut: measured
-    # 1.7 dB of 29.8 on so small and sharp a picture.
-    assert psnr_db(found) > psnr_db(wanted) - 2.2
+def off_db(renderer: GpuRenderer, panel: NDArray[Any], cases: list[Rig]) -> NDArray[Any]:
+    """PSNR of the left eye in each of the cases; each lies where it should."""
+    target, found = photograph(), []
+    for case in cases:
+        difference = (renderer.perceive(panel, case, rays=256) - target)[INNER]
+        found.append(-10.0 * np.log10(float(np.mean(difference**2))))
+    return np.array(found)
 
 
-def test_frames_go_on_from_the_last_and_stay_within_bounds(
-    renderer: GpuRenderer, bench: Bench
+def others() -> list[Rig]:
+    """Cases that were not solved for."""
+    return [case.rig for case in cases_of(tolerant_rig(tolerance=MANY), first=5000)]
+
+
+def test_it_serves_cases_that_it_did_not_solve_for(
+    renderer: GpuRenderer, panels: dict[str, NDArray[Any]]
 ) -> None:
+    found = {name: off_db(renderer, panel, others()) for name, panel in panels.items()}
+    plain, tolerant, twin = (found[name] for name in ("plain", "tolerant", "twin"))
+    # Measured 28.5 against 27.9 dB on average and 25.2 against 24.5 at worst: 65 pixels of a face
+    # are so sharp a picture that a plain solution stopped after 16 steps is a good one.
+    assert tolerant.mean() > plain.mean() + 0.3
+    assert tolerant.min() > plain.min() + 0.4
+    # The float64 least squares: measured 29.1 and 25.6. Tables by phase and their cuts lose 0.2 dB
+    # of 28 on 110 pixels an eye; on so small a picture 0.6.
+    assert tolerant.mean() > twin.mean() - 0.8
+    assert tolerant.min() > twin.min() - 0.7
+
+
+def test_where_nothing_is_off_the_plain_one_is_sharper(
+    renderer: GpuRenderer, panels: dict[str, NDArray[Any]]
+) -> None:
+    nominal = [tolerant_rig().model_copy(update={"tolerance": None})]
+    sharp = {name: off_db(renderer, panels[name], nominal)[0] for name in ("plain", "tolerant")}
+    assert sharp["tolerant"] < sharp["plain"]
+
+
+def test_frames_go_on_from_the_last_and_stay_within_bounds(bench: Bench) -> None:
     memory = Memory(bench.device)
     try:
         for _ in range(8):
@@ -188,7 +207,8 @@ def test_frames_go_on_from_the_last_and_stay_within_bounds(
     finally:
         memory.release()
     # Sixteen steps in eight frames are sixteen steps, but for each frame's own start.
-    whole = renderer.prefilter(photograph(), tolerant_rig())
+    assert bench.solver.run(bench.tables, bench.target, bench.shown) == 16
+    whole = bench.shown.read()[..., :3]
     assert np.sqrt(np.mean((frame - whole) ** 2)) < 0.02
     assert np.all(frame[:, 65] == 0.0)
 
@@ -209,15 +229,21 @@ def test_one_memory_serves_tables_with_and_without(bench: Bench) -> None:
     assert not np.array_equal(pictures[0], pictures[1])
 
 
-def test_black_and_brightness_are_the_targets_levels(renderer: GpuRenderer) -> None:
+def test_black_and_brightness_are_the_targets_levels(renderer: GpuRenderer, bench: Bench) -> None:
     given = tolerant_rig()
     changed = given.prefilter.model_copy(update={"brightness": 0.8, "black_level": 0.1})
-    given = given.model_copy(update={"prefilter": changed})
-    white = np.ones((SIZE[1], SIZE[0], 3), np.float32)
-    for level, light in ((0.8, white), (0.1, 0.0 * white)):
-        seen = renderer.perceive(renderer.prefilter(light, given), given, rays=256)
-        # The spread over cases of what a flat field shows: measured 0.01.
-        assert float(seen[INNER].mean()) == pytest.approx(level, abs=0.02)
+    flat = Texture(bench.device, SIZE, kind="f4", label="flat")
+    bench.tables.ask(changed)
+    try:
+        for level, light in ((0.8, 1.0), (0.1, 0.0)):
+            flat.write(np.full((SIZE[1], SIZE[0], 4), light, np.float32))
+            bench.solver.run(bench.tables, flat, bench.shown)
+            seen = renderer.perceive(bench.shown.read()[..., :3], given, rays=256)
+            # The spread over cases of what a flat field shows: measured 0.01.
+            assert float(seen[INNER].mean()) == pytest.approx(level, abs=0.02)
+    finally:
+        bench.tables.ask(given.prefilter)
+        flat.release()
 
 
 def test_a_piece_at_a_time_gives_the_same_bytes(bench: Bench) -> None:

@@ -58,7 +58,7 @@ class Tolerance(BaseModel):
     pupil_mm: Annotated[tuple[_Pupil, _Pupil], FromList] | None = None
     focus_d: Annotated[float, between(0.0, 5.0)] = 0.0
     pupils: Annotated[tuple[PupilPlace, ...], FromList] | None = None
-    draws: Annotated[int, between(2, 64)] = Field(default=16)
+    draws: Annotated[int, between(2, 64)] = Field(default=32)
 
     @field_validator("pupil_mm", mode="after")
     @classmethod

@@ -7,6 +7,11 @@ Where all is off at once the whole picture moves, too: an array put off by delta
 and a pupil that stands o off its place by m R o. Nobody sees that the whole picture lies a few
 pixels elsewhere, so no sharpness is spent on it: each case's eye is given the prism that moves it
 back (signs as T's: a prism p adds p to T).
+
+A turned array is not among the cases. Turned by theta about the panel's middle it lies theta r off
+at the distance r from there, and moves the picture by another amount at each place: no whole
+picture's shift, and no one row for a phase, which all tables of the solver rest on. An ``array_um``
+of theta r (0.2 degrees, 10 mm: 35 um) serves what it does to a pixel's own lenslet.
 """
 
 from __future__ import annotations

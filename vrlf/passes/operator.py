@@ -34,7 +34,7 @@ from vrlf.model import Rig
 from vrlf.optics.bench import is_lateral
 from vrlf.optics.lattice import Lattice, lattice_of
 from vrlf.optics.subpixels import layout
-from vrlf.optics.viewport import SIDES, Side
+from vrlf.optics.viewport import SIDES
 from vrlf.passes.fields import (
     VIEWPORT_FIELDS,
     lattice_rasters,
@@ -53,7 +53,13 @@ from vrlf.passes.phases import (
 )
 from vrlf.passes.pixels import turned
 from vrlf.passes.tabulate import RowBuilder, Stretch
-from vrlf.passes.tolerant import spread_of_cases, tolerant_phases, tolerant_rows
+from vrlf.passes.tolerant import (
+    mean_phases,
+    mean_rows,
+    spread_of_cases,
+    variance_phases,
+    variance_rows,
+)
 
 TABLE_FIELDS = (
     *VIEWPORT_FIELDS,
@@ -70,6 +76,9 @@ _UPLOADS = 4
 # matched-full (17) 2.03 1.56 1.70; thesis's array (208) 17.5 10.7 10.9 12.9; Table 8.1 (89)
 # 7.8 5.1 4.9 5.8.
 _LANES, _SHORT_LANES, _SHORT_ROW = 4, 2, 12
+
+
+Tracing = Generator[Stretch | None, None, None]
 
 
 @dataclass
@@ -163,12 +172,15 @@ class OperatorTables:
         by_pixel = is_lateral(rig) or (lattice is not None and _is_nowhere_alike(lattice))
         self.size_px = (rig.panel.width_px, rig.panel.height_px)
         self.phases = (0, 0) if by_pixel else sampling_of(rig, lattice)
+        if rig.tolerance is not None:
+            self.phases = mean_phases(*self.phases)
         if rig.tolerance is not None and by_pixel:
             raise InputError(f"tolerance: found it beside {_own_rows(rig)}, wanted one of the two")
         self.values: dict[str, Any] = {**viewport_values(rig), "phases": self.phases}
+        self.variance_values = self.values
         forward, adjoint, variance = _Table(), _Table(), _Table()
         if rig.tolerance is not None:
-            yield from self._of_many(rig, builder, forward, adjoint, variance)
+            yield from self._of_many(rig, lattice, builder, forward, adjoint, variance)
         else:
             yield from self._of_one(rig, lattice, builder, forward, adjoint)
         lanes = _lanes(device, forward)
@@ -191,67 +203,62 @@ class OperatorTables:
     ) -> Generator[None, None, None]:
         """The rig's own operator and its adjoint."""
         for side, phases in zip(SIDES, self.phases, strict=True):
+            tracing = builder.rows(rig, side, phases, self.values["view_px"])
             if phases == 0:
-                yield from self._by_pixel(rig, side, builder, forward, adjoint)
+                yield from self._by_pixel(rig, tracing, forward, adjoint)
             else:
-                per_offset = phases_per_offset(rig, lattice, phases)
-                turning = Turning(per_offset, phases, layout(rig.panel.subpixels).period)
-                yield from self._by_phase(rig, side, turning, builder, forward, adjoint)
-
-    def _traced(
-        self, rig: Rig, side: Side, builder: RowBuilder, take: Callable[[Stretch], None]
-    ) -> Generator[None, None, None]:
-        """All rows of one eye, a stretch at a time."""
-        phases = self.phases[SIDES.index(side)]
-        with closing(builder.rows(rig, side, phases, self.values["view_px"])) as tracing:
-            for stretch in tracing:
-                if stretch is not None:
-                    take(stretch)
-                yield
+                yield from self._by_phase(rig, lattice, phases, tracing, forward, adjoint)
 
     def _by_phase(
         self,
         rig: Rig,
-        side: Side,
-        turning: Turning,
-        builder: RowBuilder,
+        lattice: Lattice | None,
+        phases: int,
+        tracing: Tracing,
         forward: _Table,
         adjoint: _Table,
     ) -> Generator[None, None, None]:
+        """One eye's rows, and the adjoint's from them."""
+        turning = Turning(
+            phases_per_offset(rig, lattice, phases), phases, layout(rig.panel.subpixels).period
+        )
+
         def take(stretch: Stretch) -> None:
             forward.add(*stretch)
             turning.take(stretch.rows)
 
-        yield from self._traced(rig, side, builder, take)
+        yield from _traced(tracing, take)
         entries = yield from turning.join()
-        phases = self.phases[SIDES.index(side)]
         for band in bands(layout(rig.panel.subpixels).places * phases, entries):
             adjoint.add(turning.lines(band), (band.start * phases, band.stop * phases))
             yield
 
     def _of_many(
-        self, rig: Rig, builder: RowBuilder, forward: _Table, adjoint: _Table, variance: _Table
+        self,
+        rig: Rig,
+        lattice: Lattice | None,
+        builder: RowBuilder,
+        forward: _Table,
+        adjoint: _Table,
+        variance: _Table,
     ) -> Generator[None, None, None]:
         """The mean over all cases of a tolerance, and its variance."""
-        view_px, phases = self.values["view_px"], []
-        for side, most in zip(SIDES, self.phases, strict=True):
+        view_px, of_variance = self.values["view_px"], []
+        for side, phases in zip(SIDES, self.phases, strict=True):
             spread = yield from spread_of_cases(rig, side, builder, view_px)
-            phases.append(tolerant_phases(rig, most, spread))
-            rows = yield from tolerant_rows(rig, side, phases[-1], spread, builder, view_px)
-            count = layout(rig.panel.subpixels).places * phases[-1] ** 2
-            tables = (forward, rows.mean), (adjoint, rows.adjoint), (variance, rows.variance)
-            for table, each in tables:
-                for band in bands(count, len(each.row)):
-                    own = each.between(band)
-                    if table is variance:
-                        own = signed(own)
-                    table.add(own, (band.start, band.stop))
-                    yield
-        self.phases = (phases[0], phases[1])
-        self.values["phases"] = self.phases
+            tracing = mean_rows(rig, side, phases, spread, builder, view_px)
+            yield from self._by_phase(rig, lattice, phases, tracing, forward, adjoint)
+            few = variance_phases(rig, phases, spread)
+            rows = yield from variance_rows(rig, side, few, spread, builder, view_px)
+            count = layout(rig.panel.subpixels).places * few**2
+            for band in bands(count, len(rows.row)):
+                variance.add(signed(rows.between(band)), (band.start, band.stop))
+                yield
+            of_variance.append(few)
+        self.variance_values = {**self.values, "phases": tuple(of_variance)}
 
     def _by_pixel(
-        self, rig: Rig, side: Side, builder: RowBuilder, forward: _Table, adjoint: _Table
+        self, rig: Rig, tracing: Tracing, forward: _Table, adjoint: _Table
     ) -> Generator[None, None, None]:
         """Of too many pixels the rows are refused as soon as they are met."""
         stretches: list[Rows] = []
@@ -263,7 +270,7 @@ class OperatorTables:
             if 2 * ENTRY_BYTES * forward.entries > _MOST_BYTES:
                 raise InputError(_too_large(rig))
 
-        yield from self._traced(rig, side, builder, take)
+        yield from _traced(tracing, take)
         rows = joined(stretches)
         for band in bands(height, len(rows.row)):
             lines = band.start * width, band.stop * width
@@ -312,6 +319,15 @@ class OperatorTables:
         """Give all tables back."""
         for buffer in (*self.forward, *self.adjoint, *(self.variance or ()), self.crossings):
             buffer.release()
+
+
+def _traced(tracing: Tracing, take: Callable[[Stretch], None]) -> Generator[None, None, None]:
+    """All rows of one eye, a stretch at a time."""
+    with closing(tracing):
+        for stretch in tracing:
+            if stretch is not None:
+                take(stretch)
+            yield
 
 
 def _is_nowhere_alike(lattice: Lattice) -> bool:

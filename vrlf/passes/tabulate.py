@@ -29,6 +29,7 @@ ROWS = Block(
         *RAY_FIELDS,
         Field("ivec2", "window_low", "least offset that a window holds"),
         Field("ivec2", "window_px", "columns and rows of a window"),
+        Field("vec2", "moved_cells", "how far the lattice lies off the one that phases are of"),
         Field("int", "phases_a_side", "phases along each side of a cell; 0: a row is a pixel"),
         Field("int", "first_row", "where this dispatch begins"),
         Field("int", "row_count", "how many rows it takes"),
@@ -48,6 +49,7 @@ _NEGLIGIBLE = 1e-6
 # than 0.01 dB.
 _FAINT = 0.01
 _ROWS_GROUP = 64
+_NOT_MOVED = np.zeros(2)
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,8 @@ class _Windows:
     low: NDArray[np.int64]
     size: NDArray[np.int64]
     phases: int
-    rows: int
+    rows: range
+    moved_cells: NDArray[np.float64]
 
     @property
     def area(self) -> int:
@@ -88,6 +91,8 @@ class RowBuilder:
         view_px: tuple[int, int],
         *,
         rays: int | None = None,
+        span: range | None = None,
+        moved_cells: NDArray[np.float64] = _NOT_MOVED,
     ) -> Generator[Stretch | None, None, None]:
         """P / throughput of one eye, stretch by stretch; None is a rest within one.
 
@@ -98,13 +103,18 @@ class RowBuilder:
             each pixel of the viewport.
         rays : int, optional
             That each row is made of; as many as the rows leave time for, if not given.
+        span : range, optional
+            The rows that are wanted; all, if not given.
+        moved_cells : ndarray (2,), optional
+            How far the rig's lattice lies off another one, whose phases are meant.
         """
         places = layout(rig.panel.subpixels).places
         count = places * phases**2 if phases else view_px[0] * view_px[1]
         if rays is None:
             rays = table_rays(count, max(len(ray_tables(rig, each, 1)) for each in SIDES))
         low, size = _window(rig, side, rays)
-        windows = _Windows(SIDES.index(side), low, size, phases, count)
+        wanted = span or range(count)
+        windows = _Windows(SIDES.index(side), low, size, phases, wanted, moved_cells)
         tables = PerceiveTables(self._device, rig, rays)
         try:
             yield None
@@ -120,8 +130,8 @@ class RowBuilder:
         if self._device.info.is_software:
             most = min(most, _SOFTWARE_ROWS)
         scale = tables.points * tables.throughput
-        for first in range(0, windows.rows, most):
-            count = min(most, windows.rows - first)
+        for first in windows.rows[::most]:
+            count = min(most, windows.rows.stop - first)
             dense = yield from self._dense(tables, windows, first, count)
             yield None
             place, weights = lit(dense.reshape(count, windows.area, 3), _NEGLIGIBLE * scale)
@@ -139,6 +149,7 @@ class RowBuilder:
         values = {
             "window_low": windows.low,
             "window_px": windows.size,
+            "moved_cells": windows.moved_cells,
             "phases_a_side": windows.phases,
             "first_row": first,
             "row_count": count,

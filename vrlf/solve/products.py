@@ -50,7 +50,7 @@ class Products:
     def _ready(self, operator: OperatorTables, signs: int, levels: Levels | None) -> Product:
         program = self._programs.get({**operator.defines, "SIGNED": signs})
         values: dict[str, Any] = {
-            **operator.values,
+            **(operator.values if signs == _PLAIN else operator.variance_values),
             "subtracted": 0.0 if levels is None else 1.0,
             "brightness": 1.0 if levels is None else levels.brightness,
             "black_level": 0.0 if levels is None else levels.black_level,
