@@ -57,7 +57,9 @@ def state(driver: Any) -> str:
 
 
 def said(driver: Any) -> list[str]:
-    return [each.text for each in driver.find_elements("css selector", "#problems li")]
+    # In one go: the page writes its list anew while one element after the other is asked.
+    script = "return [...document.querySelectorAll('#problems li')].map((each) => each.innerText)"
+    return list(driver.execute_script(script))
 
 
 def test_a_hundred_frames_are_the_renderers_bytes(driver: Any) -> None:
@@ -169,6 +171,32 @@ def test_keys_go_to_the_preview_table_and_prompts_come_back(driver: Any) -> None
         # A tap looks straight ahead again.
         driver.find_element("id", "picture").click()
         wait_for(lambda: stub.pressed[-1] == "h", "a tap")
+
+
+def test_the_headsets_one_button_steps_through_the_keys(driver: Any) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    stub = Stub()
+    with broadcasting(stub) as (address, _):
+        driver.get(address)
+        begin(driver)
+        picture = driver.find_element("id", "picture")
+
+        def long_tap() -> str:
+            ActionChains(driver).click_and_hold(picture).pause(0.8).release().perform()
+            return str(driver.find_element("id", "prompt-right").text)
+
+        assert long_tap() == "tap: left eye"
+        picture.click()
+        for expected in ("right eye", "both eyes", "sphere less"):
+            assert long_tap() == f"tap: {expected}"
+        picture.click()
+        picture.click()
+        wait_for(lambda: stub.pressed == ["1", "down", "down"], "the taps")
+        while long_tap() != "tap: back to the page":
+            pass
+        picture.click()
+        wait_for(lambda: driver.find_element("id", "door").is_displayed(), "the page")
 
 
 def test_turning_the_phone_turns_the_head(driver: Any) -> None:

@@ -53,7 +53,13 @@ async def frames(phone: ClientConnection, seconds: float) -> int:
 
 def unpacked(data: bytes) -> tuple[int, bytes]:
     encoding, number = struct.unpack_from("<BI", data, 3)
-    return number, zlib.decompress(data[32:]) if encoding else data[32:]
+    if not encoding:
+        return number, data[32:]
+    lengths, start, pixels = struct.unpack_from("<4I", data, 32), 48, b""
+    for length in lengths:
+        pixels += zlib.decompress(data[start : start + length])
+        start += length
+    return number, pixels
 
 
 async def status_of(address: str, **changes: Any) -> int:

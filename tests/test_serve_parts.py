@@ -35,7 +35,9 @@ from vrlf.app.serve.wire import (
     Turn,
     encoded,
     frame_head,
+    joined,
     message_of,
+    strips,
 )
 from vrlf.errors import InputError
 
@@ -173,8 +175,12 @@ def test_a_frames_head() -> None:
 
 def test_encodings_give_the_bytes_back() -> None:
     data = np.random.default_rng(1).integers(0, 256, 3001, np.uint8).tobytes()
-    assert encoded(data, RAW) == data
-    assert zlib.decompress(encoded(data, DEFLATE)) == data
+    assert strips(data, RAW) == [data]
+    parts = [encoded(strip) for strip in strips(data, DEFLATE)]  # 3001 bytes: not of one length
+    whole = joined(parts)
+    assert struct.unpack_from("<4I", whole) == tuple(len(part) for part in parts)
+    assert whole[16:] == b"".join(parts)
+    assert b"".join(zlib.decompress(part) for part in parts) == data
 
 
 def test_the_faster_encoding_is_chosen_and_the_other_tried_again() -> None:

@@ -141,7 +141,21 @@ def test_nothing_lies_in_shared_memory_by_name_while_it_serves() -> None:
     with broadcasting(Stub()) as (_, broadcast):
         with pytest.raises(FileNotFoundError):
             SharedMemory(name=broadcast._slots.name)
-        wait_for(lambda: broadcast._number > 3, "frames")
+        wait_for(lambda: broadcast._number == 1, "a frame")
+
+
+def test_without_a_phone_nothing_is_drawn() -> None:
+    async def look(address: str) -> int:
+        async with dial(address) as phone:
+            await phone.send(HELLO)
+            return await frames(phone, 0.5)
+
+    stub = Stub()
+    with broadcasting(stub) as (address, _):
+        wait_for(lambda: stub.number == 1, "the first frame")
+        time.sleep(0.3)
+        assert stub.number == 1
+        assert run(look(address)) > 3
 
 
 def test_lively_phones_are_not_let_go_for_another() -> None:

@@ -109,6 +109,23 @@ function check() {
 
 // Frames
 
+// Four strips, packed each by itself; before them their lengths.
+const STRIPS = 4;
+async function unpacked(bytes) {
+  const lengths = new DataView(bytes.buffer, bytes.byteOffset, 4 * STRIPS);
+  let start = 4 * STRIPS;
+  const strips = [];
+  for (let k = 0; k < STRIPS; k++) {
+    const length = lengths.getUint32(4 * k, true);
+    strips.push(inflated(bytes.subarray(start, start + length)));
+    start += length;
+  }
+  const parts = await Promise.all(strips);
+  const whole = new Uint8Array(parts.reduce((sum, part) => sum + part.length, 0));
+  parts.reduce((place, part) => { whole.set(part, place); return place + part.length; }, 0);
+  return whole;
+}
+
 async function inflated(bytes) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
@@ -138,7 +155,7 @@ function frameOf(buffer) {
 
 async function take(buffer) {
   const frame = frameOf(buffer);
-  const rgb = frame.encoding === 1 ? await inflated(frame.data) : frame.data;
+  const rgb = frame.encoding === 1 ? await unpacked(frame.data) : frame.data;
   if (rgb.length !== 3 * frame.width * frame.height) throw new Error("a frame of another size");
   if (!state.rig || frame.width !== state.rig.width || frame.height !== state.rig.height) return;
   frame.image = rgba(rgb, frame.width, frame.height);
@@ -185,11 +202,19 @@ function sayLatency() {
   const count = state.stats.length;
   const mean = (key) => state.stats.reduce((sum, each) => sum + each[key], 0) / count;
   const rest = mean("photon") - mean("waited") - mean("drawn") - mean("encoded") - mean("decoded");
-  at("latency").textContent = `motion to photon ${mean("photon").toFixed(0)} ms: waiting ` +
-    `${mean("waited").toFixed(0)}, drawing ${mean("drawn").toFixed(0)}, packing ` +
-    `${mean("encoded").toFixed(0)}, unpacking ${mean("decoded").toFixed(0)}, link and screen ` +
-    `${rest.toFixed(0)}`;
-  at("latency").hidden = !state.hasLatency;
+  const parts = [["waiting", mean("waited")], ["drawing", mean("drawn")], ["packing", mean("encoded")],
+    ["unpacking", mean("decoded")], ["link, screen", rest]];
+  state.latency = `motion to photon ${mean("photon").toFixed(0)} ms\n` +
+    parts.map(([name, ms]) => `${name} ${ms.toFixed(0)}`).join("\n");
+  showLatency();
+}
+
+// Before each eye, as large as other words: it is to be read in the headset.
+function showLatency() {
+  for (const id of ["latency-left", "latency-right"]) {
+    at(id).textContent = state.hasLatency ? state.latency : "";
+    at(id).hidden = !(state.hasLatency && state.latency);
+  }
 }
 
 // The socket
@@ -261,12 +286,13 @@ function heard(message) {
     check();
   } else if (message.t === "say") {
     // Before each lens: elsewhere the eyes cannot bring the words together.
-    for (const [i, id] of ["prompt-left", "prompt-right"].entries()) {
-      if (message.axes) at(id).style.left = `${100 * message.axes[i]}%`;
+    for (const [i, side] of ["left", "right"].entries()) {
+      if (!message.axes) continue;
+      for (const what of ["prompt", "latency"]) at(`${what}-${side}`).style.left = `${100 * message.axes[i]}%`;
     }
     prompt(message.left, message.right);
     state.hasLatency = Boolean(message.latency);
-    at("latency").hidden = !(state.hasLatency && at("latency").textContent);
+    showLatency();
   } else if (message.t === "held") {
     state.isHeld = true;
   } else if (message.t === "going") {
@@ -360,12 +386,24 @@ function pads() {
 }
 setInterval(pads, 16);
 
+// The headset's one button: a tap does what a long tap has chosen, keys of the same table.
+const BUTTON = [["look straight ahead", "h"], ["left eye", "1"], ["right eye", "2"], ["both eyes", "3"],
+  ["sphere less", "down"], ["sphere more", "up"], ["cylinder less", "left"], ["cylinder more", "right"],
+  ["axis back", "["], ["axis on", "]"], ["undo", "ctrl+z"], ["next prefilter", "m"],
+  ["next alignment screen", "g"], ["save the rig", "ctrl+s"], ["latency", "t"], ["back to the page", null]];
+let chosen = 0;
+
 let downMs = 0;
 canvas.addEventListener("pointerdown", () => { downMs = performance.now(); });
 canvas.addEventListener("pointerup", () => {
   if (state.isPattern) { endPattern(); return; }
-  if (performance.now() - downMs < LONG_TAP_MS) { send({ t: "key", chord: "h" }); return; }
+  const isLong = performance.now() - downMs >= LONG_TAP_MS;
+  if (isLong) chosen = (chosen + 1) % BUTTON.length;
+  const [words, chord] = BUTTON[chosen];
+  if (isLong) { prompt(`tap: ${words}`, `tap: ${words}`); return; }
+  if (chord) { send({ t: "key", chord }); return; }
   state.begun = false;
+  chosen = 0;
   check();
 });
 

@@ -128,6 +128,8 @@ class Broadcast:
             raise _gone()
         self._hear()
         self._slots.beat()
+        if not self.phones and self._number:
+            return  # nobody looks
         codes = self._drawing.frame(self._head(), passed_s)
         self._tell_faults()
         if codes is None:

@@ -38,6 +38,8 @@ from vrlf.app.serve.slots import Slots
 from vrlf.app.serve.wire import (
     ENCODINGS,
     MOST_MESSAGE_BYTES,
+    RAW,
+    STRIPS,
     Beat,
     Hello,
     Link,
@@ -46,7 +48,9 @@ from vrlf.app.serve.wire import (
     Turn,
     encoded,
     frame_head,
+    joined,
     message_of,
+    strips,
 )
 
 # Frames on their way to a phone: one over the link while another is being put on the canvas.
@@ -116,7 +120,7 @@ class Server:
         self._has_turn = asyncio.Event()
         self._newest: tuple[Any, bytes] | None = None
         self._packed: dict[str, asyncio.Task[tuple[bytes, float]]] = {}
-        self._threads = ThreadPoolExecutor(2)
+        self._threads = ThreadPoolExecutor(STRIPS)
         self._running: set[asyncio.Task[None]] = set()
         self._over = asyncio.Event()
 
@@ -279,7 +283,13 @@ class Server:
         """A frame as it goes out; made once for all phones."""
         began_s = time.monotonic()
         loop = asyncio.get_running_loop()
-        data = await loop.run_in_executor(self._threads, encoded, found[1], encoding)
+        data = found[1]
+        if encoding != RAW:
+            work = [
+                loop.run_in_executor(self._threads, encoded, strip)
+                for strip in strips(data, encoding)
+            ]
+            data = joined(await asyncio.gather(*work))
         took_ms = 1e3 * (time.monotonic() - began_s)
         return frame_head(found[0], encoding, took_ms) + data, took_ms
 

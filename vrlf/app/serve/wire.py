@@ -11,7 +11,7 @@ import json
 import math
 import struct
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -24,6 +24,9 @@ ENCODINGS: Final = (RAW, DEFLATE)
 # Magic, version, encoding, number, width, height; then, ms: the sensor's time by the phone's
 # clock, and how long the turn waited for a frame, the frame for its drawing, its encoding.
 HEAD: Final = struct.Struct("<2sBBIHHd3f")
+# Parts of a deflated frame; before them their lengths.
+STRIPS: Final = 4
+_LENGTHS: Final = struct.Struct(f"<{STRIPS}I")
 _MAGIC, _VERSION = b"VF", 1
 # Prefiltered light is close to noise: a higher level gains 2 % of bytes and costs twice the time.
 _LEVEL = 1
@@ -196,9 +199,22 @@ _READERS: Final[Mapping[str, Callable[[Mapping[str, Any]], Message]]] = {
 }
 
 
-def encoded(data: bytes, encoding: str) -> bytes:
-    """A frame's pixels as they go over the link."""
-    return zlib.compress(data, _LEVEL) if encoding == DEFLATE else data
+def strips(data: bytes, encoding: str) -> list[bytes]:
+    """A frame's pixels in the parts that are encoded by themselves, so that cores share them."""
+    if encoding == RAW:
+        return [data]
+    length = -(-len(data) // STRIPS)
+    return [data[start : start + length] for start in range(0, STRIPS * length, length)]
+
+
+def encoded(strip: bytes) -> bytes:
+    """A part of a frame, smaller."""
+    return zlib.compress(strip, _LEVEL)
+
+
+def joined(parts: Sequence[bytes]) -> bytes:
+    """What goes over the link for encoded parts: their lengths, then they themselves."""
+    return b"".join((_LENGTHS.pack(*(len(part) for part in parts)), *parts))
 
 
 def frame_head(stamp: Stamp, encoding: str, encode_ms: float) -> bytes:
