@@ -53,7 +53,10 @@ KEEPERS = {
     "rich": {"app", "studies"},
     "matplotlib": {"studies"},
     "skimage": {"evaluation"},
-    "scipy": {"evaluation", "reference"},
+    # `studies`: sparse operators of patches, and a simplex.
+    "scipy": {"evaluation", "reference", "studies"},
+    "optuna": {"studies"},
+    "ezdxf": {"studies"},
 }
 # A room on the left never sees the libraries on the right.
 FORBIDDEN = {"model": {"numpy"}}
