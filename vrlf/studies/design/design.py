@@ -32,7 +32,7 @@ from vrlf.studies.quality import cropped, with_method
 from vrlf.studies.tolerance import USUAL
 
 # Of the searched patch, of the larger one that ranks, and of the panel that is checked on.
-_JUDGED_PX: Final = 56
+_JUDGED_PX: Final = 80
 _FINE_PX: Final = 112
 _FINE_RAYS: Final = 384
 _FINE_SEEDS: Final = (21, 22, 23)
@@ -104,58 +104,63 @@ def run_design(
         If the limits leave nothing, or the panel's size no room inside the border.
     """
     started, cpu = time.perf_counter(), time.process_time()
-    asked = _asked(rig, task)
-    space = Space(asked, task.kind, task.limits)
-    judging = _judging(asked, space, task)
     with Scorer(workers) as scorer:
-        search = Search(space, scorer, judging, say)
-        search.run(task.effort, task.seed)
-        found = search.best(2 * task.best)
-        if not found:
-            raise InputError("limits: found that they allow no array at all, wanted wider ones")
-        say(f"ranking the best {len(found)} on a larger patch")
-        fine = replace(
-            judging_of(asked, space.widest_um, task.fine_px, task.method),
-            rays=_FINE_RAYS,
-            seeds=_FINE_SEEDS,
-            cases=judging.cases,
-            over_cases=judging.over_cases,
-        )
-        best = _ranked(space, found, fine, scorer)[: task.best]
-        curve = brightness_curve(best[0].rig, task.limits.brightness, fine, scorer)
-        wanted = task.limits.brightness[1]
-        if curve is not None:
-            wanted = brightest_that_serves(curve, _DIMMER_DB)
-        best = [replace(each, rig=with_brightness(each.rig, wanted)) for each in best]
-        before = _before(rig, asked, judging, fine, scorer)
-        say("sensitivity of the best")
-        sensitivity = curves(best[0].rig, judging, scorer)
-        spent = scorer.cpu_s
+        made = _searched(rig, task, scorer, say)
+        # With one worker all was done in this process, and is counted there.
+        elsewhere = scorer.cpu_s if workers > 1 else 0.0
     if renderer is not None and picture is not None:
         best = [
-            replace(each, checked=_check(renderer, each.rig, picture, task, f"best {n}", say))
-            for n, each in enumerate(best, 1)
+            replace(each, checked=_check(renderer, each.rig, picture, f"best {n}", say))
+            for n, each in enumerate(made.best, 1)
         ]
         before = {
-            name: replace(each, checked=_check(renderer, each.rig, picture, task, name, say))
-            for name, each in before.items()
+            name: replace(each, checked=_check(renderer, each.rig, picture, name, say))
+            for name, each in made.before.items()
         }
-    own_cpu = time.process_time() - cpu
+        correlation = _correlation([*best, *before.values()])
+        made = replace(
+            made,
+            best=tuple(best),
+            before=before,
+            picture=picture.name,
+            rank_correlation=correlation,
+        )
+    cpu_s = time.process_time() - cpu + elsewhere
+    return replace(made, wall_s=time.perf_counter() - started, cpu_s=cpu_s)
+
+
+def _searched(rig: Rig, task: Task, scorer: Scorer, say: Say) -> DesignReport:
+    """All but the check; without the times."""
+    asked = _asked(rig, task)
+    space = Space(asked, task.kind, task.limits)
+    judging, fine = _judgings(asked, space, task)
+    search = Search(space, scorer, judging, say)
+    search.run(task.effort, task.seed)
+    found = search.best(2 * task.best)
+    if not found:
+        raise InputError("limits: found that they allow no array at all, wanted wider ones")
+    say(f"ranking the best {len(found)} on a larger patch")
+    best = _ranked(space, found, fine, scorer)[: task.best]
+    curve = brightness_curve(best[0].rig, task.limits.brightness, fine, scorer)
+    wanted = task.limits.brightness[1]
+    if curve is not None:
+        wanted = brightest_that_serves(curve, _DIMMER_DB)
+    best = [replace(each, rig=with_brightness(each.rig, wanted)) for each in best]
+    say("sensitivity of the best")
     return DesignReport(
         method=task.method,
         seed=task.seed,
         robust=task.robust,
-        picture=None if picture is None else picture.name,
+        picture=None,
         stages=tuple(search.stages),
         best=tuple(best),
-        before=before,
+        before=_before(rig, asked, judging, fine, scorer),
         maps=maps_of(space, search.scored),
-        curves=sensitivity,
+        curves=curves(best[0].rig, judging, scorer),
         brightness=curve,
-        rank_correlation=_correlation([*best, *before.values()]),
-        wall_s=time.perf_counter() - started,
-        # With one worker all was done in this process, and is counted already.
-        cpu_s=own_cpu + (spent if workers > 1 else 0.0),
+        rank_correlation=None,
+        wall_s=0.0,
+        cpu_s=0.0,
     )
 
 
@@ -173,11 +178,15 @@ def served() -> Tolerance:
     return USUAL.model_copy(update={"draws": 4})
 
 
-def _judging(rig: Rig, space: Space, task: Task) -> Judging:
+def _judgings(rig: Rig, space: Space, task: Task) -> tuple[Judging, Judging]:
+    """What is searched with, and the finer one that ranks."""
     judging = judging_of(rig, space.widest_um, task.judged_px, task.method)
+    fine = judging_of(rig, space.widest_um, task.fine_px, task.method)
+    fine = replace(fine, rays=_FINE_RAYS, seeds=_FINE_SEEDS)
     if task.robust == "none":
-        return judging
-    return replace(judging, cases=task.cases, over_cases=task.robust)
+        return judging, fine
+    given = {"cases": task.cases, "over_cases": task.robust}
+    return replace(judging, **given), replace(fine, **given)
 
 
 def _ranked(
@@ -207,7 +216,7 @@ def _before(
 
 
 def _check(
-    renderer: GpuRenderer, rig: Rig, picture: Picture, task: Task, name: str, say: Say
+    renderer: GpuRenderer, rig: Rig, picture: Picture, name: str, say: Say
 ) -> Checked:
     """The whole chain, on a panel of the picture's size."""
     say(f"the whole chain: {name}")

@@ -85,7 +85,7 @@ class Search:
 
     def run(self, effort: Effort, seed: int) -> None:
         """All stages."""
-        self._stage("grid", lambda: self._try(grid(self.space, effort.grid), "grid"))
+        self._stage("grid", lambda: self._grid(effort.grid))
         if effort.trials:
             self._stage("optuna", lambda: self._optuna(effort.trials, seed))
         if effort.turned:
@@ -111,6 +111,12 @@ class Search:
         rigs = [self.space.rig_at(point) for point in listed]
         found = self._scorer.scores_db(rigs, self._judging)
         self.scored += [Scored(p, db, stage) for p, db in zip(listed, found, strict=True)]
+
+    def _grid(self, count: int) -> None:
+        self._try(grid(self.space, count), "grid")
+        own = self.space.place_of(self.space.rig.array)
+        if own is not None:
+            self._try([own], "given")
 
     def _optuna(self, trials: int, seed: int) -> None:
         """Tree-structured Parzen estimators (Bergstra et al. 2011) from the grid's best on."""
@@ -212,6 +218,4 @@ def grid(space: Space, count: int) -> list[Point]:
             places.append(list(_HOLES))
         else:
             places.append([float(place) for place in np.linspace(0.0, 1.0, count)])
-    points = list(product(*places))
-    own = space.place_of(space.rig.array)
-    return points if own is None else [*points, own]
+    return list(product(*places))

@@ -23,7 +23,7 @@ RULER_MM: Final = 100.0
 CROSS_MM: Final = 5.0
 _MARGIN_MM: Final = 15.0
 _BELOW_MM: Final = 32.0
-# Below the panel: the ruler, and two lines of text under it.
+# Below the panel: the ruler, and the notes under it.
 RULER_BELOW_MM: Final = 12.0
 # More cells than any maker's program opens.
 _MOST_CELLS: Final = 2_000_000
@@ -181,13 +181,15 @@ def _ruler(y: float) -> tuple[Line, ...]:
 
 def _notes(rig: Rig, name: str, count: int) -> tuple[str, ...]:
     array = rig.array
-    what = f"{name}: {count} {'holes' if array.kind == 'pinhole' else 'lenslets'}"
+    size = ""
     if array.kind == "pinhole":
-        shape = "across, round" if array.aperture_shape == "circle" else "square"
-        what += f" of {array.aperture_um:g} um {shape}"
-    what += f", pitch {array.pitch_um:g} um, {array.lattice}, turned {array.rotation_deg:g} deg"
+        shape = "round" if array.aperture_shape == "circle" else "square"
+        size = f" of {array.aperture_um:g} um, {shape}"
+    kind = "holes" if array.kind == "pinhole" else "lenslets"
     return (
         "Print at 100 %, not fitted to the page. The ruler must measure 100.00 mm: check it.",
-        f"{what}; {array.gap_mm:g} mm (index {array.gap_index:g}) before the panel.",
+        f"{name}: {count} {kind}{size}; {array.gap_mm:g} mm (index {array.gap_index:g}) "
+        "before the panel",
+        f"pitch {array.pitch_um:g} um, {array.lattice}, turned {array.rotation_deg:g} degrees",
         "Seen from the eyes. The crosses lie on the corners of the panel's lit area.",
     )

@@ -39,8 +39,8 @@ def pdf_bytes(plan: Plan) -> bytes:
         + stream
         + b"\nendstream",
         b"<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica /Encoding /WinAnsiEncoding >>",
-        # Viewers then print at 100 % unless they are told otherwise.
     ]
+    # Viewers then print at 100 % unless they are told otherwise.
     objects[0] = objects[0][:-3] + b" /ViewerPreferences << /PrintScaling /None >> >>"
     return _file(objects)
 
@@ -94,7 +94,7 @@ def _pdf_line(line: Line) -> str:
 
 def _hole(plan: Plan, x: float, y: float) -> str:
     if plan.outline_mm is not None:
-        corners = plan.outline_mm + [x, y]
+        corners = plan.outline_mm + np.array([x, y])
         first, *rest = (f"{px:.5f} {py:.5f}" for px, py in corners)
         return f"{first} m " + " ".join(f"{each} l" for each in rest) + " h"
     assert plan.diameter_mm is not None
