@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,9 +21,11 @@ from vrlf.reference.converged import operator_matrices
 from vrlf.scene import spectrum_slope
 from vrlf.studies.design.design import Task, run_design
 from vrlf.studies.design.patch import Patch, patch_matrices
-from vrlf.studies.design.report import best_text, design_table
+from vrlf.studies.design.pictures import draw_map, draw_sensitivity
+from vrlf.studies.design.report import DesignReport, best_text, design_table
 from vrlf.studies.design.score import judging_of, psnr_db, score_db
-from vrlf.studies.design.search import Effort, Scored, distinct, grid
+from vrlf.studies.design.scorer import Scorer
+from vrlf.studies.design.search import Effort, Scored, Search, distinct, grid
 from vrlf.studies.design.sensitivity import Curve, brightest_that_serves
 from vrlf.studies.design.space import Axis, Space, matched_bend
 from vrlf.studies.design.target import dead_leaves
@@ -51,8 +54,8 @@ def small(name: str, *changes: str) -> Rig:
         ),
         ("matched-microlens", ('panel.subpixels="pentile-rgbg"', "left.chromatic=true"), 0.3),
         # What comes through a hole is a few pixels, each of them seen by few of the rays.
-        ("pinhole", ("array.gap_mm=4", 'array.aperture_shape="circle"'), 0.7),
-        ("bare", (), 0.25),
+        ("pinhole", ("array.rotation_deg=20", 'array.aperture_shape="circle"'), 0.7),
+        ("bare", ("left.pupil_mm=1",), 0.3),
     ],
 )
 def test_the_patch_is_the_references_operator(
@@ -68,7 +71,7 @@ def test_the_patch_is_the_references_operator(
         apart = np.abs((mine - reference)[rows]).sum() / len(rows)
         assert apart < most
         light = reference[rows].sum() / len(rows)
-        assert mine[rows].sum() / len(rows) == pytest.approx(light, abs=0.04)
+        assert mine[rows].sum() / len(rows) == pytest.approx(light, abs=0.05)
         assert mine[others].sum() == 0.0
 
 
@@ -199,32 +202,52 @@ def tiny_task() -> Task:
     return Task(limits=limits, effort=TINY, best=3, judged_px=24, fine_px=24)
 
 
-def test_a_small_search_beats_what_was_given_and_finds_it_again(tiny_task: Task) -> None:
+@pytest.fixture(scope="module")
+def tiny_report(tiny_task: Task) -> DesignReport:
+    """From a turn that moire spoils."""
     rig = load_rig("matched-microlens", overrides=["array.rotation_deg=26"])
-    said: list[str] = []
-    report = run_design(rig, tiny_task, workers=1, say=said.append)
+    return run_design(rig, tiny_task, workers=1)
+
+
+def test_a_small_search_beats_what_was_given(tiny_report: DesignReport) -> None:
+    report = tiny_report
     assert [each.name for each in report.stages] == ["grid", "optuna", "turns", "polish"]
     assert report.candidates == sum(each.candidates for each in report.stages) > 20
     assert report.best[0].fine_db > report.before["given"].fine_db + 2.0
     assert report.before["given"].fine_db > report.before["bare"].fine_db
     assert report.cpu_s > 0.0
     assert len({each.rig.array for each in report.best}) == 3
-    again = run_design(rig, tiny_task, workers=1)
-    assert [each.rig for each in again.best] == [each.rig for each in report.best]
     told = report.to_json()
     assert told["best"][0]["array"]["focal_mm"] > 0.0
-    assert len(told["map"]["best_db"]) == len(told["map"]["gaps_mm"])
+    assert len(told["map"]["best_db"]) == len(told["map"]["gaps_mm"]) == 2
     assert design_table(report).row_count == 5
 
 
-def test_the_best_is_a_rig_file(tiny_task: Task, tmp_path_factory: pytest.TempPathFactory) -> None:
-    task = replace(tiny_task, effort=Effort(grid=2, trials=0, turned=0, polished=0))
-    report = run_design(load_rig("matched-microlens"), task, workers=1)
-    text = best_text(report, "matched-microlens")
-    path = tmp_path_factory.mktemp("best") / "best.toml"
-    assert load_rig_text(text, path) == report.best[0].rig
+def test_the_same_seed_finds_the_same(tiny_task: Task) -> None:
+    """On any number of workers: what is proposed goes out in batches of one size."""
+    rig = load_rig("matched-microlens", overrides=["array.rotation_deg=26"])
+    judging = judging_of(rig, 700.0, 16, "optimal")
+    space = Space(rig, "microlens", tiny_task.limits)
+    found = []
+    for workers in (1, 2):
+        with Scorer(workers) as scorer:
+            search = Search(space, scorer, replace(judging, rays=32), lambda _: None)
+            search.run(replace(TINY, trials=16, turned=0, polished=0), seed=7)
+            found.append(search.scored)
+    assert found[0] == found[1]
+
+
+def test_the_best_is_a_rig_file(tiny_report: DesignReport, tmp_path: Path) -> None:
+    text = best_text(tiny_report, "matched-microlens")
+    assert load_rig_text(text, tmp_path / "best.toml") == tiny_report.best[0].rig
     assert text.startswith("# Found by vrlf ")
-    assert "array.pitch_um" in text
+    assert "# array.pitch_um" in text
+
+
+def test_pictures_are_drawn(tiny_report: DesignReport, tmp_path: Path) -> None:
+    for name, draw in (("map.png", draw_map), ("curves.png", draw_sensitivity)):
+        draw(tiny_report, tmp_path / name)
+        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
 
 def test_holes_are_searched_too() -> None:

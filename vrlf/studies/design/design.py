@@ -215,9 +215,7 @@ def _before(
     return {name: Ranked(rig, "", db, fine_db) for (name, rig), db, fine_db in rows}
 
 
-def _check(
-    renderer: GpuRenderer, rig: Rig, picture: Picture, name: str, say: Say
-) -> Checked:
+def _check(renderer: GpuRenderer, rig: Rig, picture: Picture, name: str, say: Say) -> Checked:
     """The whole chain, on a panel of the picture's size."""
     say(f"the whole chain: {name}")
     small = cropped(rig, picture.size_px)
