@@ -283,7 +283,7 @@ def test_limits_that_allow_nothing_are_refused(tiny_task: Task) -> None:
     )
     with pytest.raises(InputError, match="allow no array"):
         run_design(load_rig("matched-microlens"), task, workers=1)
-    with pytest.raises(InputError, match="less than headset.lens_to_panel_mm"):
+    with pytest.raises(InputError, match=r"less than headset\.lens_to_panel_mm"):
         Space(load_rig("bare"), "microlens", SearchLimits(gap_mm=(1.0, 60.0)))
     with pytest.raises(InputError, match="wanted some of mla150-7ar"):
         Space(load_rig("bare"), "microlens", SearchLimits(arrays=("nothing",)))

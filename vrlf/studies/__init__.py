@@ -4,6 +4,7 @@
 file       holds
 ========== ==========================================================================
 bench      how long each pass takes at several panel sizes, against its float64 twin
+design/    the array that serves an eye best, searched
 change     what a change of prescription does to the frames that run on
 endurance  whether anything grows over ten thousand frames
 eyes       what an eye makes of a point and of a letter
@@ -11,6 +12,7 @@ eyeplot    the picture of it
 frames     how good each frame of a moving picture is, solved from the last or cold
 limits     how fast the device copies and fetches, measured
 lenslet    a picture of a lenslet's spots, MTF, field curves and colours
+mask/      arrays drawn at true scale, tables of lenslets
 plots      pictures of what speed and quality have found
 quality    how near each prefilter brings what is perceived to what it should be
 speed      how long passes and whole frames take against size and the device's limits

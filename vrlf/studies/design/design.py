@@ -185,8 +185,9 @@ def _judgings(rig: Rig, space: Space, task: Task) -> tuple[Judging, Judging]:
     fine = replace(fine, rays=_FINE_RAYS, seeds=_FINE_SEEDS)
     if task.robust == "none":
         return judging, fine
-    given = {"cases": task.cases, "over_cases": task.robust}
-    return replace(judging, **given), replace(fine, **given)
+    cases, over = task.cases, task.robust
+    judging = replace(judging, cases=cases, over_cases=over)
+    return judging, replace(fine, cases=cases, over_cases=over)
 
 
 def _ranked(
@@ -245,7 +246,7 @@ def _correlation(ranked: Sequence[Ranked]) -> float | None:
     ]
     if len(pairs) < 3:
         return None
-    value = float(spearmanr(*zip(*pairs, strict=True)).statistic)
+    value = float(spearmanr([a for a, _ in pairs], [b for _, b in pairs]).statistic)
     return value if np.isfinite(value) else None
 
 

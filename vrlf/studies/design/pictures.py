@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from vrlf.optics.polynomial import Float
 from vrlf.studies.design.report import DesignReport
 from vrlf.studies.design.sensitivity import Curve
 from vrlf.studies.plots import write_figure
@@ -52,7 +53,7 @@ def draw_map(report: DesignReport, path: str | Path) -> None:
     write_figure(figure, path)
 
 
-def _name_fields(axes: Axes, report: DesignReport, db: np.ndarray) -> None:  # type: ignore[type-arg]
+def _name_fields(axes: Axes, report: DesignReport, db: Float) -> None:
     if max(db.shape) > _MOST_NAMED:
         return
     middle = (np.nanmin(db) + np.nanmax(db)) / 2.0
@@ -61,11 +62,11 @@ def _name_fields(axes: Axes, report: DesignReport, db: np.ndarray) -> None:  # t
             value = db[row, column]
             if np.isfinite(value):
                 colour = "black" if value > middle else "white"
-                place = {"ha": "center", "va": "center", "fontsize": 8, "clip_on": True}
+                place: Any = {"ha": "center", "va": "center", "fontsize": 8, "clip_on": True}
                 axes.text(pitch, gap, f"{value:.1f}", color=colour, **place)
 
 
-def _edges(values: tuple[float, ...]) -> np.ndarray:  # type: ignore[type-arg]
+def _edges(values: tuple[float, ...]) -> Float:
     """Borders half-way between neighbours."""
     centres = np.array(values, float)
     if len(centres) == 1:

@@ -80,7 +80,7 @@ def _polish(space: Space, start: Point, judging: Judging, steps: int) -> tuple[P
     free = [k for k, axis in enumerate(space.axes) if not axis.choices and not axis.is_fixed]
     best: list[Any] = [start, NEVER_DB, 0]
 
-    def error(places: np.ndarray[Any, np.dtype[np.float64]]) -> float:
+    def error(places: Any) -> float:
         moved = list(start)
         for axis, place in zip(free, places, strict=True):
             moved[axis] = float(place)
@@ -95,6 +95,11 @@ def _polish(space: Space, start: Point, judging: Judging, steps: int) -> tuple[P
     at = np.array([start[axis] for axis in free])
     steps_at = np.where(at > 0.5, -_FIRST_STEP, _FIRST_STEP)
     simplex = np.vstack([at, at + np.diag(steps_at)])
-    options = {"initial_simplex": simplex, "maxfev": steps, "xatol": _SMALLEST_STEP, "fatol": 0.01}
+    options: Any = {
+        "initial_simplex": simplex,
+        "maxfev": steps,
+        "xatol": _SMALLEST_STEP,
+        "fatol": 0.01,
+    }
     minimize(error, at, method="Nelder-Mead", options=options)
     return best[0], best[1], best[2]

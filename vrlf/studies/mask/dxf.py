@@ -27,9 +27,9 @@ def require_ezdxf() -> None:
 
 def dxf_text(plan: Plan) -> str:
     """The plan as a DXF file of AutoCAD 2010."""
-    import ezdxf
+    from ezdxf.filemanagement import new
 
-    document = ezdxf.new("R2010")
+    document = new("R2010")
     document.header["$INSUNITS"] = _MILLIMETRES
     document.header["$MEASUREMENT"] = 1
     for layer in ("PANEL", "OPENINGS", "CROSSES", "AXES", "RULER", "NOTES"):
