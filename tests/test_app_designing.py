@@ -60,6 +60,7 @@ def test_it_says_a_table(tmp_path: Path) -> None:
         (("--arrays", "mla9000"), ("--arrays", '"mla9000"', "mla150-7ar")),
         (("--spacers", "thick"), ("--spacers", '"thick"', "acrylic-3")),
         (("--arrays", "fresnel-630", "--kind", "pinhole"), ("--arrays", "--kind pinhole")),
+        (("--barriers", "perpendicular", "--robust", "mean"), ("--barriers", "--robust mean")),
         (("--barriers", "paper"), ("barriers", "paper")),
         (("--limits", "nowhere.toml"), ("nowhere.toml", "found no such file")),
         (("-o", "best.png"), ("best.png", "wanted a folder or a .toml")),

@@ -4,8 +4,8 @@
 file       holds
 ========== ==========================================================================
 bench      how long each pass takes at several panel sizes, against its float64 twin
-design/    the array that serves an eye best, searched
 change     what a change of prescription does to the frames that run on
+design/    the array that serves an eye best, searched
 endurance  whether anything grows over ten thousand frames
 eyes       what an eye makes of a point and of a letter
 eyeplot    the picture of it

@@ -166,6 +166,11 @@ def _searched(rig: Rig, task: Task, scorer: Scorer, say: Say) -> DesignReport:
 
 def _asked(rig: Rig, task: Task) -> Rig:
     """The rig as it is searched: the method, and a tolerance where one is asked for."""
+    if task.robust != "none" and "perpendicular" in task.limits.barriers:
+        raise InputError(
+            f'--barriers: found "perpendicular" beside --robust {task.robust}, wanted "converging" '
+            'or "none": behind such walls no panel image can serve many cases'
+        )
     made = with_method(rig, task.method, rig.prefilter.iterations or _STEPS)
     made = with_brightness(made, task.limits.brightness[1])
     if task.robust == "none":
@@ -208,7 +213,8 @@ def _before(
 ) -> dict[str, Ranked]:
     """What the best are to be better than: the bare panel, and the array that was given."""
     rigs = {"bare": bare_rig(asked)}
-    if lattice_of(given) is not None:
+    # A patch knows of even pitches alone.
+    if lattice_of(given) is not None and not given.array.varies:
         rigs["given"] = with_brightness(asked, given.prefilter.brightness)
     patch = scorer.scores_db(list(rigs.values()), judging)
     finer = scorer.scores_db(list(rigs.values()), fine)

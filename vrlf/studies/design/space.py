@@ -191,7 +191,7 @@ class Space:
 
     def place_of(self, array: Array) -> Point | None:
         """Where an array of the same kind lies, as near as the limits let it."""
-        if array.kind != self.kind or self._arrays or self._spacers:
+        if array.kind != self.kind or array.varies or self._arrays or self._spacers:
             return None
         reduced = array.gap_mm / array.gap_index
         values = {
