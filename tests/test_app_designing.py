@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from command_runs import call, left_in, require_done, require_one_line
 
 from vrlf.app import designing
 from vrlf.model import load_rig
+from vrlf.studies.design.design import Task
 from vrlf.studies.design.search import Effort
 
 # One candidate and what follows it, whatever the effort is called.
@@ -20,6 +22,7 @@ NARROW = ("--pitch", "390", "--gap", "3", "--turn", "10", "--brightness", "1", "
 @pytest.fixture(autouse=True)
 def _little(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(designing._EFFORTS, "quick", LEAST)
+    monkeypatch.setattr(designing, "Task", partial(Task, judged_px=16, fine_px=16))
 
 
 def test_a_search_leaves_a_rig_and_pictures(tmp_path: Path) -> None:
