@@ -4,6 +4,11 @@ The panel image is solved for as ``optimal`` does it, or made by ``forward``; th
 leaves, every colour its own. The rays that solve also judge: with 256 of them that reads within
 0.1 dB of what an image that 1024 rays solved for is to 4096 others (-5 D, ``matched-microlens``
 at eight turns, ``matched-wide``, ``matched-full``), where 256 others read half a decibel less.
+
+How well that ranks (-5 D, stripes, 440 x 220 pixels of astronaut, whole chain): Spearman's 1.0 over
+``matched-microlens`` at six turns, bare and a found array; 0.95 over a search's best ten, the given
+array and bare. A candidate takes 0.25 s of CPU; a patch of 56 pixels 0.14 s, but it flattered
+single arrays of 1 mm pitch by up to 3 dB, as so few lenslets show moire by luck.
 """
 
 from __future__ import annotations
