@@ -57,10 +57,13 @@ KEEPERS = {
     "pycvvdp": {"evaluation"},
     "torch": {"evaluation"},
     "torchvision": {"evaluation"},
+    # `studies`: sparse operators of patches, and a simplex.
     "scipy": {"evaluation", "reference", "studies"},
     "dask": {"studies"},
     "distributed": {"studies"},
     "pyarrow": {"studies"},
+    "optuna": {"studies"},
+    "ezdxf": {"studies"},
 }
 # A room on the left never sees the libraries on the right.
 FORBIDDEN = {"model": {"numpy"}}

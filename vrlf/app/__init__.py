@@ -16,6 +16,8 @@ eyes        ``eye``: what each eye makes of a point
 facts       ``inspect``, ``rigs``, ``doctor``
 lenslets    ``lenslet``: how well the array's lenslets focus
 lenslet_words the text of that
+designing   ``design``: the array that serves an eye best
+masking     ``mask``: it drawn at true scale
 profiles    ``profile``: a viewer's code as a rig
 words       the text of ``inspect``
 evaluating  ``evaluate``: numbers, pictures and a report for many sources and rigs

@@ -13,10 +13,12 @@ from vrlf import __version__
 from vrlf.app.benching import bench
 from vrlf.app.comparing import compare
 from vrlf.app.demo import demo
+from vrlf.app.designing import design
 from vrlf.app.evaluating import evaluate
 from vrlf.app.eyes import eye
 from vrlf.app.facts import doctor, inspect, rigs
 from vrlf.app.lenslets import lenslet
+from vrlf.app.masking import mask
 from vrlf.app.options import say
 from vrlf.app.pictures import chart, perceive, prefilter
 from vrlf.app.previewing import preview
@@ -68,7 +70,7 @@ def vrlf(context: click.Context) -> None:
 
 for _command in (
     *(demo, prefilter, perceive, evaluate, compare, preview, render, serve),
-    *(inspect, eye, lenslet, doctor, rigs, profile, chart, bench, sweep, reproduce),
+    *(inspect, eye, lenslet, design, mask, doctor, rigs, profile, chart, bench, sweep, reproduce),
 ):
     vrlf.add_command(_command)
 

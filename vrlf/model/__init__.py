@@ -12,6 +12,8 @@ eye              ``Eye``, or a ``Camera`` in its place
 toml_file        TOML files read with one line for what is wrong
 layouts          sub-pixel layouts, files of ``assets/layouts``
 glasses          the catalogue of lens materials
+catalogue        lenslet arrays and spacers on sale
+searching        within which limits ``vrlf design`` searches
 lenslet          ``Lenslet``: its surfaces
 hardware         ``Panel``, ``Headset``, ``Array`` and the headset lens's power
 tolerance        what a panel image is to put up with: pupils, focus, an array put off

@@ -7,6 +7,7 @@ point. The steps are those of ``vrlf/solve/optimal.py``.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Protocol
 
 import numpy as np
 
@@ -26,6 +27,16 @@ FIRST_THETA = 4.0
 # A pixel that receives less than this share of its light is dark.
 _LEAST = 0.01
 _MOST_BYTES = 2_000_000_000
+
+
+class NormalEquations(Protocol):
+    """All that ``descend`` asks of an operator."""
+
+    def adjoint(self, seen: Float) -> Float:
+        """P' r."""
+
+    def normal(self, light: Float) -> Float:
+        """P'P l."""
 
 
 class Operator:
@@ -179,7 +190,7 @@ def optimal(target: Float, rig: Rig, rays: int) -> Float:
     return shown
 
 
-def descend(operator: Operator | Many, meant: Float, iterations: int) -> Float:
+def descend(operator: NormalEquations, meant: Float, iterations: int) -> Float:
     """Projected gradient in the metric of P'P1, by POGM (Taylor, Hendrickx & Glineur 2017).
 
     With x the picture within the bounds, w the plain step from it and z the place that the

@@ -5,6 +5,7 @@ file       holds
 ========== ==========================================================================
 bench      how long each pass takes at several panel sizes, against its float64 twin
 change     what a change of prescription does to the frames that run on
+design/    the array that serves an eye best, searched
 endurance  whether anything grows over ten thousand frames
 evaluate   every source, rig and method in all metrics, case by case, resumable
 evaluate_charts letters and an edge, shown through the whole chain
@@ -17,6 +18,7 @@ eyeplot    the picture of it
 frames     how good each frame of a moving picture is, solved from the last or cold
 limits     how fast the device copies and fetches, measured
 lenslet    a picture of a lenslet's spots, MTF, field curves and colours
+mask/      arrays drawn at true scale, tables of lenslets
 plots      pictures of what speed and quality have found
 quality    how near each prefilter brings what is perceived to what it should be
 reproduce/ the thesis's results from content of our own
