@@ -55,7 +55,7 @@ def test_killed_workers_cost_time_and_no_row(tmp_path: Path) -> None:
 
 
 def test_stopped_and_killed_runs_go_on_to_the_same_rows(tmp_path: Path) -> None:
-    jobs = 40
+    jobs = 200  # ten seconds of work: none is over before it is stopped
     for stop in (signal.SIGINT, signal.SIGKILL):
         with start(tmp_path, jobs, 0.1) as process:
             before = rows_so_far(tmp_path)

@@ -132,8 +132,10 @@ class _Run:
                 ended, under_way = await asyncio.wait(
                     under_way, timeout=_LOOK_S, return_when=asyncio.FIRST_COMPLETED
                 )
-                for each in ended:
-                    each.result()
+                # All are asked, so that none is left whose fault nobody has heard.
+                faults = [fault for each in ended if (fault := each.exception()) is not None]
+                if faults:
+                    raise faults[0]
         finally:
             for each in under_way:
                 each.cancel()
