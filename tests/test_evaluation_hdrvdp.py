@@ -1,7 +1,7 @@
 """HDR-VDP-2.2: its pieces by closed forms, the whole against the original's own output.
 
-``tests/data/hdr-vdp/release-2.2.npz`` holds what release 2.2 gave for the pictures that are made here:
-every third pixel of ``s_map`` and ``p_map`` and ``numbers`` (P_det, C_max, Q, Q_MOS) of a
+``tests/data/hdr-vdp/release-2.2.npz`` holds what release 2.2 gave for the pictures that are made
+here: every third pixel of ``s_map`` and ``p_map`` and ``numbers`` (P_det, C_max, Q, Q_MOS) of a
 blurred photograph, every second pixel of P of faint Gabor patches, at 10.3 and 30 pixels per
 degree. It is stored as float32, so that some 1e-7 is its own.
 """
