@@ -290,7 +290,7 @@ def drawn(sample: Sample) -> NDArray[np.float64]:
         unit = sobol.random_base2(ceil(log2(sample.count)))[: sample.count]
     else:
         unit = qmc.LatinHypercube(len(spreads), seed=rng).random(sample.count)
-    points = np.empty_like(unit)
+    points = np.empty(unit.shape, np.float64)
     for column, spread in enumerate(spreads):
         if spread.log:
             points[:, column] = spread.low * (spread.high / spread.low) ** unit[:, column]
