@@ -286,10 +286,7 @@ function heard(message) {
     check();
   } else if (message.t === "say") {
     // Before each lens: elsewhere the eyes cannot bring the words together.
-    for (const [i, side] of ["left", "right"].entries()) {
-      if (!message.axes) continue;
-      for (const what of ["prompt", "latency"]) at(`${what}-${side}`).style.left = `${100 * message.axes[i]}%`;
-    }
+    if (message.axes) placeWords(message.axes);
     prompt(message.left, message.right);
     state.hasLatency = Boolean(message.latency);
     showLatency();
@@ -297,6 +294,18 @@ function heard(message) {
     state.isHeld = true;
   } else if (message.t === "going") {
     state.isHeld = false;
+  }
+}
+
+// Words stand about each lens's axis, as wide as the eye's half of the panel leaves room for.
+function placeWords(axes) {
+  for (const [i, side] of ["left", "right"].entries()) {
+    const fromOuterEdge = i === 0 ? axes[0] : 1 - axes[1];
+    const room = 2 * Math.min(fromOuterEdge, 0.5 - fromOuterEdge) - 0.01;
+    for (const what of ["prompt", "latency"]) {
+      at(`${what}-${side}`).style.left = `${100 * axes[i]}%`;
+      at(`${what}-${side}`).style.width = `${100 * Math.max(room, 0.2)}%`;
+    }
   }
 }
 
