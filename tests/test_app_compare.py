@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_runs import call, exr_file, light, png_file, require_done, require_one_line, spawn
+from extras import needs_cvvdp
 from files_by_hand import pfm
 
 from vrlf.evaluation.metrics import METRICS, Viewing, false_colour, score
@@ -127,6 +128,7 @@ def test_a_missing_extra_leaves_the_others(
     assert not place.exists()
 
 
+@needs_cvvdp
 def test_cvvdp_in_a_process_of_its_own(pair: tuple[Path, Path], tmp_path: Path) -> None:
     """Its libraries write where they like; a user's standard output holds the result alone."""
     place = tmp_path / "heat.png"

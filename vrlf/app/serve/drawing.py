@@ -17,7 +17,7 @@ from vrlf.app.preview.frames import Frames, Moment
 from vrlf.app.preview.keys import Press, press_of
 from vrlf.app.preview.layout import placed
 from vrlf.app.preview.session import Session, act, strolled
-from vrlf.app.preview.steps import STEPS, written
+from vrlf.app.preview.steps import written
 from vrlf.app.serve.wire import Measured
 from vrlf.errors import DeviceError, InputError, VrlfError
 from vrlf.files import check_target, shown
@@ -89,8 +89,6 @@ class Drawing:
             self._do(press)
         except Exception as error:  # whatever it is, the picture stays and the show goes on
             return words_of(error)
-        if press.key.action in STEPS and press.key.action != "brightness":
-            return self.session.message  # the prescriptions themselves are said
         return self.session.message
 
     def _do(self, press: Press) -> None:
